@@ -1,21 +1,21 @@
-// What all kernels of tiles are given: src/device/gpu/job.rs.
+// Inputs of all kernels: see src/device/gpu/job.rs.
 
-// The side of a workgroup.
+// Side of a workgroup in threads.
 override SIDE: u32 = 8u;
 
 struct Job {
-    // Zero, which no compiler knows.
+    // Zero, which no compiler can know.
     zero: u32,
-    // Words of a block.
+    // Number of words per block.
     block_words: u32,
-    // Where the rule of the ground begins among what is the same for all.
+    // Offset of the ground rule in `same`.
     rule: u32,
 }
 
 @group(0) @binding(0) var<uniform> job: Job;
-// What is the same for all: the relief and the rule of the ground.
+// Words that are the same for all submissions: the relief and the ground rule.
 @group(0) @binding(1) var<storage, read> same: array<u32>;
-// What bands of rows have for themselves, then what blocks have, then lines.
+// Words of this submission: the table of bands, then blocks, then lines.
 @group(0) @binding(2) var<storage, read> own: array<u32>;
 // Values at vertices, plane after plane: whole numbers, or the bits of floats.
 @group(0) @binding(3) var<storage, read_write> planes: array<u32>;
@@ -36,6 +36,6 @@ fn put_f32(at: u32, value: f32) {
     planes[at] = bitcast<u32>(value);
 }
 
-// Words of what bands have for themselves: of so many bands.
+// Size of the table of bands: words per band, and number of bands.
 const BAND_WORDS: u32 = 16u;
 const BANDS: u32 = 64u;

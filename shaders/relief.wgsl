@@ -1,16 +1,17 @@
-// Heights of noise, a thread a vertex: src/relief/noise.rs and src/noise, whose functions have the same names here.
+// Heights of noise, one thread per vertex. Functions have the names of their counterparts in src/relief/noise.rs and
+// src/noise.
 //
-// After job.wgsl, and exact.wgsl or approximate.wgsl, whose add, sub and mul are the only sums and products of numbers with a
-// fraction that reach a height.
+// Compiled after job.wgsl and exact.wgsl. Every sum or product of numbers with a fraction that reaches a height uses
+// add, sub and mul of exact.wgsl.
 
-// Where a vertex lies: its column and row in its block, and where the words of that begin.
+// Position of a vertex: column and row in its block, and the offset of the block's words.
 struct Place {
     column: u32,
     row: u32,
     block: u32,
 }
 
-// lattice.rs
+// As in lattice.rs.
 
 const LANE_FRACTION_BITS: u32 = 23u;
 const LANE_FRACTION: u32 = 0x7fffffu;
@@ -22,7 +23,7 @@ fn hash_gradient(u: u32, v: u32) -> u32 {
     return twice >> 28u;
 }
 
-// An octave in the relief: src/noise/packed.rs.
+// Offsets in the words of an octave: see src/noise/packed.rs.
 const OCTAVE_WORDS: u32 = 136u;
 const BLOCK_AT: u32 = 1u;
 const OFFSET: u32 = 2u;
@@ -38,21 +39,21 @@ fn bump(t: f32, slope: f32) -> f32 {
     return mul(mul(t2, t2), slope);
 }
 
-// The bump of the point (u, v), whose gradient stands in the octave.
+// Returns the bump of the lattice point (u, v), whose gradient is stored with the octave.
 fn lattice_bump(octave: u32, t: f32, u: u32, v: u32, du: f32, dv: f32) -> f32 {
     let gradient = octave + GRADIENTS + hash_gradient(u, v);
     return bump(t, add(mul(same_f32(gradient), du), mul(same_f32(gradient + 16u), dv)));
 }
 
-// splat.rs
+// As in splat.rs.
 
 const POINT_ROWS: i32 = 5;
 const POINT_COLUMNS: i32 = 6;
 const POINT_ROW_WORDS: u32 = 20u;
 const SQRT_2: f32 = 1.4142135;
-// 1 / EDGE.
+// 1 / EDGE of lattice.rs.
 const POINTS_A_UNIT: f32 = 1.2247449;
-// How far a point may lie in rows, and a hair more than that is rounded by.
+// Largest distance of a point that reaches a vertex, in rows of points, plus a little more than the rounding error.
 const REACH_ROWS: f32 = 1.0002;
 
 fn splat_noise(octave: u32, place: Place) -> f32 {
@@ -60,8 +61,8 @@ fn splat_noise(octave: u32, place: Place) -> f32 {
     let x = same_f32(octave + COLUMNS + place.column);
     let y = same_f32(octave + ROWS + place.row);
     let row = own_f32(at) + y * SQRT_2;
-    // Of all bumps those that reach the vertex, in the order of their rows and columns: the others add zero. What is rounded here
-    // only says where to look.
+    // Adds only the bumps that reach the vertex, in the order of rows and columns; all others are zero. The rounded
+    // numbers here only select points.
     let last_row = min(i32(floor(row + REACH_ROWS)), POINT_ROWS - 1);
     var sum = 0.0;
     for (var r = max(i32(ceil(row - REACH_ROWS)), 0); r <= last_row; r += 1) {
@@ -81,13 +82,13 @@ fn splat_noise(octave: u32, place: Place) -> f32 {
     return sum;
 }
 
-// rows.rs
+// As in rows.rs.
 
 fn row_bump(octave: u32, u: u32, v: u32, du: f32, dv: f32, base: f32) -> f32 {
     return lattice_bump(octave, sub(base, mul(du, du)), u, v, du, dv);
 }
 
-// The bumps of one row of points: 0 the northern, 1 the southern.
+// Returns the sum of the bumps of one row of points: 0 is the northern row, 1 the southern.
 fn row_bumps(octave: u32, at: u32, side: u32, column: u32) -> f32 {
     let v = own[at] + side;
     let side_at = at + 1u + 4u * side;
@@ -95,7 +96,7 @@ fn row_bumps(octave: u32, at: u32, side: u32, column: u32) -> f32 {
     let base = own_f32(side_at + 3u);
     let along = same[octave + COLUMNS + column] + own[side_at + 1u];
     let u = own[side_at] + (along >> LANE_FRACTION_BITS);
-    // The fraction as the mantissa of a float from 1 to 2.
+    // Puts the fraction into the mantissa of a float from 1 to 2.
     let from_one = bitcast<f32>((along & LANE_FRACTION) | 0x3f800000u);
     let west = row_bump(octave, u, v, sub(from_one, 1.0), dv, base);
     let east = row_bump(octave, u + 1u, v, sub(from_one, 2.0), dv, base);
@@ -107,10 +108,10 @@ fn row_wise_noise(octave: u32, place: Place) -> f32 {
     return add(row_bumps(octave, at, 0u, place.column), row_bumps(octave, at, 1u, place.column));
 }
 
-// simplex.rs
+// As in simplex.rs.
 
 fn noise_in_cells(octave: u32, u: u32, v: u32, cell_u: u32, cell_v: u32) -> f32 {
-    // The fraction as the mantissa of a float from 2 to 4.
+    // Puts the fraction into the mantissa of a float from 2 to 4.
     let from_two_u = bitcast<f32>((u & LANE_FRACTION) | 0x40000000u);
     let from_two_v = bitcast<f32>((v & LANE_FRACTION) | 0x40000000u);
     let uu = sub(from_two_u, 3.0);
@@ -126,7 +127,7 @@ fn noise_in_cells(octave: u32, u: u32, v: u32, cell_u: u32, cell_v: u32) -> f32 
     let t0 = sub(two_less_e, sum);
     let t1 = sub(mul(abs(difference), 3.0), e);
     let t2 = add(two_less_e, sum);
-    // The third corner is (1, 0) in the one triangle of the square and (0, 1) in the other.
+    // The third corner is (1, 0) in one triangle of the square and (0, 1) in the other.
     let u_first = difference >= 0.0;
     let middle_u = select(cell_u, cell_u + 1u, u_first);
     let middle_v = select(cell_v + 1u, cell_v, u_first);
@@ -144,7 +145,7 @@ fn simplex_noise(octave: u32, place: Place) -> f32 {
     return noise_in_cells(octave, u, v, own[at] + (u >> LANE_FRACTION_BITS), own[at + 1u]);
 }
 
-// Whole cells, and the rest in the fixed point of a position, at most half a cell either way.
+// A number of cells: the whole cells, and the rest in the fixed point of positions, at most half a cell either way.
 struct Split {
     whole: i32,
     rest: i32,
@@ -165,13 +166,13 @@ fn noise_warped(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     let split_v = split(mul(displaced_m.y, same_f32(metres + 2u)));
     let u = bitcast<i32>(same[octave + COLUMNS + place.column] + own[at + 2u]) + split_u.rest;
     let v = bitcast<i32>(own[at + 3u]) + split_v.rest;
-    // Signed, for a displacement may lead back before the row's first cell.
+    // Signed, because a displacement may lead back to before the row's first cell.
     let cell_u = own[at] + bitcast<u32>((u >> LANE_FRACTION_BITS) + split_u.whole);
     let cell_v = own[at + 1u] + bitcast<u32>((v >> LANE_FRACTION_BITS) + split_v.whole);
     return noise_in_cells(octave, bitcast<u32>(u), bitcast<u32>(v), cell_u, cell_v);
 }
 
-// fractal.rs and fold.rs
+// As in fractal.rs and fold.rs.
 
 const FBM: u32 = 0u;
 const RIDGED: u32 = 1u;
@@ -194,7 +195,7 @@ fn octave_noise(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     }
 }
 
-// What a vertex carries from octave to octave: see `State`.
+// Adds up the octaves; `value` and `weight` are carried from octave to octave, like `State` in fold.rs.
 fn fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     let kind = same[at];
     let count = same[at + 1u];
@@ -232,7 +233,7 @@ fn fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     return value;
 }
 
-// strided.rs: a fractal, and what brings it to the mean of all its octaves.
+// As in strided.rs: a fractal, and its correction to the mean of all octaves.
 
 const MEAN_WORDS: u32 = 5u;
 
@@ -245,7 +246,7 @@ fn strided_fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     return clamp(moved, same_f32(at + 3u), same_f32(at + 4u));
 }
 
-// curve.rs
+// As in curve.rs.
 
 fn curve(at: u32, value: f32) -> f32 {
     var sum = same_f32(at);
@@ -258,7 +259,7 @@ fn curve(at: u32, value: f32) -> f32 {
     return clamp(sum, same_f32(at + 1u), same_f32(at + 2u));
 }
 
-// noise.rs
+// As in noise.rs.
 
 fn share(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     let noise = strided_fractal(at + 2u, place, displaced_m);
@@ -268,7 +269,7 @@ fn share(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
 
 const TERM_WORDS: u32 = 5u;
 
-// The relief that begins at some word.
+// Returns the height of a vertex in the relief whose words begin at `at`.
 fn height(at: u32, place: Place) -> f32 {
     var displaced_m = vec2(0.0, 0.0);
     if same[at] != 0u {
@@ -299,8 +300,8 @@ fn height(at: u32, place: Place) -> f32 {
     return height;
 }
 
-// A block begins with where its first vertex lies in its area, how large that is, where its heights begin, and which relief they
-// are of.
+// Makes the heights of a block. Its words begin with the position of its first vertex in its area, the size of the
+// area, the offset of the area's heights, and the offset of the relief.
 @compute @workgroup_size(SIDE, SIDE)
 fn fill(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = BANDS * BAND_WORDS + id.z * job.block_words;

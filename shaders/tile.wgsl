@@ -1,23 +1,24 @@
-// What tiles are made of land, a thread a vertex: lines carved into it, normals, slopes, and what the ground is made of. Of
-// src/lines and src/tile, whose functions have the same names here.
+// Tiles made of land, one thread per vertex: carved lines, normals, slopes, and the materials of the ground. Functions
+// have the names of their counterparts in src/lines and src/tile.
 //
-// After job.wgsl, and exact.wgsl or approximate.wgsl, whose add, sub, mul, div and root are all that is done to numbers with a
-// fraction.
+// Compiled after job.wgsl and exact.wgsl. All arithmetic on numbers with a fraction uses add, sub, mul, div and root of
+// exact.wgsl.
 
-// A band of rows of a tile: src/device/gpu/job.rs.
+// A band of rows of a tile: see src/device/gpu/job.rs.
 struct Band {
-    // Its land: where that begins, and how wide and high it is.
+    // Land of the band: offset of its plane, width and height.
     land: u32,
     width: u32,
     height: u32,
-    // Where the tile's own vertices begin in it, how many there are across and down, and where their planes begin.
+    // Position of the tile's vertices in the band's land, their number across and down, and offset of their planes.
     pad: vec2<u32>,
     cells: vec2<u32>,
     out: u32,
-    // Noise, and room for two planes of rubble.
+    // Offsets of the plane of noise and of two planes of rubble.
     noise: u32,
     rubble: vec2<u32>,
-    // Lines, if there are any, the row of their area in which the band begins, and where the planes of their imprint begin.
+    // Offset of the lines, or 0 if there are none; the row of the lines' area in which the band begins; offset of the
+    // imprint's planes.
     lines: u32,
     row: u32,
     imprint: u32,
@@ -40,7 +41,7 @@ fn band(number: u32) -> Band {
     );
 }
 
-// nearest.rs
+// As in nearest.rs.
 
 struct Nearest {
     outside_m: f32,
@@ -62,7 +63,8 @@ fn between(at: u32, share: f32) -> f32 {
     return add(start, mul(sub(own_f32(at + 1u), start), share));
 }
 
-// Where a vertex lies by a piece, given its distance from the line's origin.
+// Returns the distance of a vertex from the edge of a line's piece, and the floor of the piece at the nearest point.
+// `x` and `y` are relative to the line's origin.
 fn nearest(piece: u32, x: f32, y: f32, spacing_m: f32) -> Nearest {
     let from_east = own_f32(piece + 4u);
     let from_south = own_f32(piece + 5u);
@@ -86,7 +88,7 @@ fn fade(distance: f32) -> f32 {
     return mul(mul(rest, rest), sub(3.0, mul(2.0, rest)));
 }
 
-// imprint.rs, with dug.rs and trodden.rs: the planes are what is cut, sand, water and dirt.
+// As in imprint.rs, dug.rs and trodden.rs. The planes of the imprint are cut, sand, water and dirt.
 
 const TRODDEN: u32 = 1u;
 const GRADED: u32 = 2u;
@@ -121,7 +123,7 @@ fn carve(@builtin(global_invocation_id) id: vec3<u32>) {
                 let piece = line + LINE_WORDS + number * PIECE_WORDS;
                 if is_within(piece, column, row) {
                     let other = nearest(piece, x, y, spacing_m);
-                    // On a tie the piece further up the line stays.
+                    // On a tie the piece further up the line wins.
                     if other.outside_m < place.outside_m {
                         place = other;
                     }
@@ -132,7 +134,7 @@ fn carve(@builtin(global_invocation_id) id: vec3<u32>) {
             let share = fade(div(place.outside_m, bank_m));
             if kind >= TRODDEN {
                 dirt = max(dirt, share);
-                // The nearest road wins, and of two as near the higher one.
+                // The nearest road wins, and of two equally near roads the higher one.
                 if kind == GRADED && (share > grade || (share == grade && place.floor_m > level_m)) {
                     grade = share;
                     level_m = place.floor_m;
@@ -154,7 +156,7 @@ fn carve(@builtin(global_invocation_id) id: vec3<u32>) {
     put_f32(band.imprint + 3u * plane + here, dirt);
 }
 
-// rule.rs: the rule of the ground in its words.
+// As in rule.rs: offsets in the words of the ground rule.
 
 const SLOPE_SCALE: u32 = 0u;
 const HALF_PER_SPACING: u32 = 1u;
@@ -177,7 +179,8 @@ const NO_MEADOW: u32 = 26u;
 const FOREST_EDGE: u32 = 28u;
 const FLOOR_SCALE: u32 = 29u;
 const ROLL_SHIFT: u32 = 30u;
-// For each round: what is lost on a straight way and on a diagonal one, and what makes a rise on them a share.
+// Four words per round: the loss of rubble on a straight way and on a diagonal one, then the factors that convert a
+// rise on such a way to a share.
 const ROUNDS: u32 = 31u;
 
 fn rule_f32(at: u32) -> f32 {
@@ -209,7 +212,7 @@ const AGAINST_STEEP: f32 = 1.2;
 const AGAINST_MEADOW: f32 = 1.0;
 const LAST: f32 = 4.0;
 
-// How much of what is left is forest, where no water is near.
+// Returns the share of the remaining ground that is forest, where no water is near.
 fn forest_share(height_m: f32, steepness: f32, around: f32, noise: f32) -> f32 {
     let high = max(along(height_m, TREE_LINE), 0.0);
     let steep = max(along(steepness, TOO_STEEP), 0.0);
@@ -222,7 +225,7 @@ fn forest_share(height_m: f32, steepness: f32, around: f32, noise: f32) -> f32 {
     return mul(mul(stands, low_enough), clamp(mul(sub(1.0, steep), LAST), 0.0, 1.0));
 }
 
-// normals.rs: what the land rises to the east and to the south, in metres a metre.
+// As in normals.rs: the rise of the land to the east and to the south, in metres per metre.
 
 fn rises(land: u32, width: u32) -> vec2<f32> {
     let scale = rule_f32(HALF_PER_SPACING);
@@ -236,11 +239,12 @@ fn square(rises: vec2<f32>) -> f32 {
     return add(mul(rises.x, rises.x), mul(rises.y, rises.y));
 }
 
-// surroundings.rs
+// As in surroundings.rs.
 
 const REACH: u32 = 7u;
 
-// Where the land of a vertex is that lies so far from the north-western one of the tile, with a pad around it.
+// Returns the offset of a vertex's land. `at` is its position relative to the north-western vertex of the tile extended
+// by `pad`.
 fn land_at(band: Band, at: vec2<u32>, pad: u32) -> u32 {
     return band.land + (at.y + band.pad.y - pad) * band.width + (at.x + band.pad.x - pad);
 }
@@ -256,7 +260,8 @@ fn rock(@builtin(global_invocation_id) id: vec3<u32>) {
     put_f32(band.rubble.x + id.y * wide.x + id.x, ramp(steepness(up), ROCK));
 }
 
-// The step of a round in vertices, how far those after it lead, its number, and which of the two planes it reads.
+// Step of this round in vertices, reach of the rounds after it, and number of the round, which selects the plane that
+// it reads.
 override STEP: u32 = 4u;
 override LEFT: u32 = 3u;
 override ROUND: u32 = 0u;
@@ -296,7 +301,7 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
     put_f32(target_plane + id.y * wide.x + id.x, most);
 }
 
-// blend.rs
+// As in blend.rs.
 
 const FLOOR: u32 = 3u;
 
@@ -309,12 +314,13 @@ fn steepest_around(band: Band, land: u32) -> f32 {
     return steepness(div(1.0, root(add(mul(rise, rise), 1.0))));
 }
 
-// What is taken of a weight: a share of it, rounded.
+// Returns a share of a weight, rounded.
 fn take(weight: u32, share: f32) -> u32 {
     return bitcast<u32>(i32(trunc(add(mul(f32(weight), share), 0.5))));
 }
 
-// The words of a vertex when a material covers a share of it, which is number 1 or 3 of those of the ground.
+// Returns a vertex's weights after a material covers a share of it. The material is dirt (1) or sand (3) of the
+// ground's word.
 fn covered(words: vec2<u32>, material: u32, share: f32) -> vec2<u32> {
     let parts = u32(add(mul(share, 255.0), 0.5));
     var given = 0u;
@@ -352,7 +358,7 @@ fn surface(@builtin(global_invocation_id) id: vec3<u32>) {
     put_f32(band.out + plane + here, up);
     put_f32(band.out + 2u * plane + here, south);
     put_f32(band.out + 3u * plane + here, root(square));
-    // Each material takes its share of what the ones above it have left.
+    // Each material takes its share of what the materials before it have left.
     let height = plane_f32(land);
     let steepness = steepness(up);
     let looks_around = same[job.rule + LOOKS_AROUND] != 0u;

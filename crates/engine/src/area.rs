@@ -1,8 +1,8 @@
-//! Where things are: rectangles of the vertex lattice, tiles and regions.
+//! Positions and extents: rectangles of the vertex lattice, tiles and regions.
 //!
-//! The vertex lattice is all integer points, x east and y south. A cell is the square between four vertices. Tile
-//! (tx, ty) of N x N cells covers cells `[tx N, (tx+1) N) x [ty N, (ty+1) N)`; it has N+1 vertices a side and shares
-//! those of its edge with its neighbours.
+//! The vertex lattice is all integer points, x east and y south. A cell is the square between four vertices. Tile (tx,
+//! ty) of N x N cells covers cells `[tx N, (tx+1) N) x [ty N, (ty+1) N)`; it has N+1 vertices a side and shares the
+//! vertices of its edges with its neighbours.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,34 +28,35 @@ impl Area {
         Area { x0, y0, x1: x0 + width as i64, y1: y0 + height as i64 }
     }
 
-    /// Vertices from west to east.
+    /// Number of vertices from west to east.
     pub const fn width(&self) -> usize {
         (self.x1 - self.x0) as usize
     }
 
-    /// Vertices from north to south.
+    /// Number of vertices from north to south.
     pub const fn height(&self) -> usize {
         (self.y1 - self.y0) as usize
     }
 
-    /// Vertices in all.
+    /// Number of vertices in the area.
     pub const fn len(&self) -> usize {
         self.width() * self.height()
     }
 
-    /// Whether the area holds no vertex.
+    /// True if the area holds no vertex.
     pub const fn is_empty(&self) -> bool {
         self.x1 <= self.x0 || self.y1 <= self.y0
     }
 
-    /// This area with `pad` more vertices on each side.
+    /// Returns this area with `pad` more vertices on each side.
     #[must_use]
     pub const fn padded(&self, pad: usize) -> Area {
         let pad = pad as i64;
         Area { x0: self.x0 - pad, y0: self.y0 - pad, x1: self.x1 + pad, y1: self.y1 + pad }
     }
 
-    /// The smallest area that holds this one and is made of whole squares of so many vertices a side, counted from the origin.
+    /// Returns the smallest area that holds this one and consists of whole squares of `side` x `side` vertices, aligned
+    /// to the origin.
     #[must_use]
     pub const fn on_grid(&self, side: i64) -> Area {
         let [x0, y0] = [self.x0.div_euclid(side) * side, self.y0.div_euclid(side) * side];
@@ -63,7 +64,7 @@ impl Area {
         Area { x0, y0, x1, y1 }
     }
 
-    /// The smallest area that holds this one and another.
+    /// Returns the bounding box of this area and another.
     #[must_use]
     pub fn hull(&self, other: &Area) -> Area {
         Area {
@@ -74,7 +75,7 @@ impl Area {
         }
     }
 
-    /// The vertices that are in both areas, if there are any.
+    /// Returns the intersection of two areas, or `None` if it is empty.
     pub fn common(&self, other: &Area) -> Option<Area> {
         let area = Area {
             x0: self.x0.max(other.x0),
@@ -85,12 +86,12 @@ impl Area {
         (!area.is_empty()).then_some(area)
     }
 
-    /// The vertices, row by row from the north-western one.
+    /// Iterates over the vertices, row by row from the north-western one.
     pub fn vertices(self) -> impl DoubleEndedIterator<Item = (i64, i64)> + Clone {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }
 
-    /// The area in two parts, cut across its longer side, of which one has at most a vertex's width more.
+    /// Cuts the area in two across its longer side; one half is at most one vertex wider than the other.
     #[must_use]
     pub fn halves(self) -> [Area; 2] {
         let Area { x0, y0, x1, y1 } = self;
@@ -102,38 +103,41 @@ impl Area {
         [Area { y1: middle, ..self }, Area { y0: middle, ..self }]
     }
 
-    /// Whether what spans so much, west, north, east and south, may lie in the square cells that begin at the area's vertices: of
-    /// an area of pixels, on these.
+    /// Tells whether a bounding box, given by its western, northern, eastern and southern edge, overlaps the unit
+    /// squares whose north-western corners are the area's vertices. In an area of pixels, these squares are the pixels.
     pub fn meets(&self, [west, north, east, south]: [f64; 4]) -> bool {
         east > self.x0 as f64 && west < self.x1 as f64 && south > self.y0 as f64 && north < self.y1 as f64
     }
 
-    /// Whether every vertex of `other` is in this area.
+    /// Tells whether every vertex of `other` is in this area.
     pub const fn contains(&self, other: &Area) -> bool {
         self.x0 <= other.x0 && self.y0 <= other.y0 && other.x1 <= self.x1 && other.y1 <= self.y1
     }
 }
 
-/// Cells a side that a tile of a stride's nodes has at least; and about as many nodes around it are made for it.
+/// Least number of cells a side of a tile of a [strided](Region::strided) region, unless the region's own tiles have
+/// fewer.
 const LEAST_STRIDED_CELLS: u32 = 16;
+/// Nodes by which a tile's side grows, about, with the border that is computed around it.
 const STRIDED_PAD: u128 = 32;
 
-/// How many vertices a node of a strided lattice lies from the next: a power of two.
+/// Distance in vertices between neighbouring nodes of a strided lattice: a power of two.
 ///
-/// The land of a stride is that of every so many vertices, as it looks from so far: what it cannot show is there in the mean.
+/// Strided land keeps one vertex out of so many along each axis, and looks as it does from afar: detail too small for
+/// the nodes enters as its mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Stride {
     power: u32,
 }
 
 impl Stride {
-    /// Every vertex.
+    /// The stride of 1, whose nodes are all vertices.
     pub const ONE: Stride = Stride { power: 0 };
 
-    /// The greatest power of two.
+    /// Exponent of the largest stride, 2^12 = 4096 vertices.
     pub const MAX_POWER: u32 = 12;
 
-    /// The stride of so many vertices; `None` if that is no power of two from 1 to 4096.
+    /// Returns the stride of so many vertices, or `None` if the number is no power of two from 1 to 4096.
     pub const fn new(vertices: u64) -> Option<Stride> {
         match vertices.is_power_of_two() && vertices.trailing_zeros() <= Stride::MAX_POWER {
             true => Some(Stride { power: vertices.trailing_zeros() }),
@@ -141,20 +145,21 @@ impl Stride {
         }
     }
 
-    /// The widest stride whose nodes lie at most so many metres apart, or else every vertex, given the metres between vertices.
+    /// Returns the widest stride whose nodes lie at most `most_m` metres apart, or [`Stride::ONE`] if none does, given
+    /// the metres between vertices.
     pub fn within(most_m: f64, spacing_m: f64) -> Stride {
         let strides = (0..=Stride::MAX_POWER).map(|power| Stride { power });
         let fitting = strides.take_while(|stride| spacing_m * stride.vertices() as f64 <= most_m);
         fitting.last().unwrap_or(Stride::ONE)
     }
 
-    /// The stride with nodes twice as far apart, or the widest that there is.
+    /// Returns the stride with nodes twice as far apart, or the widest stride if this is it.
     #[must_use]
     pub const fn twice(self) -> Stride {
         Stride { power: if self.power < Stride::MAX_POWER { self.power + 1 } else { self.power } }
     }
 
-    /// Vertices from a node to the next.
+    /// Number of vertices from a node to the next.
     pub const fn vertices(self) -> i64 {
         1 << self.power
     }
@@ -186,9 +191,9 @@ impl std::fmt::Display for TileId {
 /// A tile's place in a region: column and row, counted from the region's north-western tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
-    /// Rows south of the region's first.
+    /// Number of rows south of the region's first row.
     pub row: u64,
-    /// Columns east of the region's first.
+    /// Number of columns east of the region's first column.
     pub col: u64,
 }
 
@@ -201,15 +206,16 @@ pub struct Region {
     cells: u32,
 }
 
-/// How far from the origin a vertex may lie: beyond 2^53 a coordinate in metres is no longer exact in `f64`, and the
-/// files' readers have nothing wider.
+/// Largest distance from the origin of a vertex, along each axis: beyond 2^53 a coordinate in metres is no longer exact
+/// in `f64`, and the programs that read the files have no wider number.
 pub const MAX_COORDINATE: i64 = 1 << 53;
 
 impl Region {
-    /// The region of `cols` x `rows` tiles of `cells` x `cells` cells whose north-western tile is `at`.
+    /// Returns the region of `cols` x `rows` tiles of `cells` x `cells` cells whose north-western tile is `at`.
     ///
     /// # Errors
-    /// When it has no tile or tiles of no cells, or when a vertex of it would lie more than [`MAX_COORDINATE`] from the origin.
+    /// When the region has no tile, or tiles without cells, or more than 2^63 vertices, or when a vertex of it would
+    /// lie more than [`MAX_COORDINATE`] from the origin.
     pub fn new(at: TileId, cols: u64, rows: u64, cells: u32) -> Result<Region, Error> {
         let refuse = |message: String, hint: &str| Err(Error::Region { message, hint: hint.into() });
         if cells == 0 {
@@ -239,14 +245,15 @@ impl Region {
         Ok(region)
     }
 
-    /// The region of tiles of a stride's nodes that covers this one, with tiles of the same side or of a part of it: of those
-    /// with which the least is made, for what lies around a small tile is made for it too.
+    /// Returns the region of strided tiles that covers this region. Its tiles have as many nodes a side as this
+    /// region's tiles have cells, or fewer. Among the tile sizes that fit, the one is chosen for which the fewest nodes
+    /// are computed: small tiles cover the region more closely, but each needs a border of its own.
     ///
     /// # Errors
-    /// When a vertex of it would lie more than [`MAX_COORDINATE`] nodes from the origin.
+    /// When a vertex of the strided region would lie more than [`MAX_COORDINATE`] nodes from the origin.
     pub fn strided(&self, stride: Stride) -> Result<Region, Error> {
         let (vertices, cells) = (stride.vertices() as u64, self.cells as u64);
-        // So many tiles a side, in nodes.
+        // Candidate sides of a strided tile, in tiles of this region.
         let sides = (0..=Stride::MAX_POWER).map(|power| 1 << power).take_while(|tiles| *tiles <= vertices);
         let nodes = |tiles: u64| (cells * tiles).is_multiple_of(vertices).then(|| cells * tiles / vertices);
         let least = u64::from(LEAST_STRIDED_CELLS).min(cells);
@@ -255,13 +262,15 @@ impl Region {
         let covering = sides.map(|(tiles, nodes)| {
             let first = [self.at.x, self.at.y].map(|at| at.div_euclid(tiles));
             let count = [0, 1].map(|axis| ((end[axis] + tiles - 1).div_euclid(tiles) - first[axis]) as u64);
-            // What is made, with what lies around each tile; and then no more than is asked for.
+            // Number of nodes computed, borders included; among equals the region with fewer tiles that nobody asked
+            // for wins.
             let beside = (count[0] * tiles as u64 - self.cols) + (count[1] * tiles as u64 - self.rows);
             let made = count[0] as u128 * count[1] as u128 * (u128::from(nodes) + STRIDED_PAD).pow(2);
             (made, beside, first, count, nodes as u32)
         });
         let best = covering.min_by_key(|(made, beside, ..)| (*made, *beside));
-        // As many tiles as a node has vertices are always as many nodes wide as a tile has cells.
+        // The largest candidate always qualifies: a stride's vertices times a tile's cells are as many nodes as a tile
+        // has cells.
         let (.., first, count, nodes) = best.expect("there are whole nodes in a tile's vertices times a node's");
         Region::new(TileId { x: first[0], y: first[1] }, count[0], count[1], nodes)
     }
@@ -271,63 +280,64 @@ impl Region {
         self.at
     }
 
-    /// Tiles from west to east.
+    /// Number of tiles from west to east.
     pub fn cols(&self) -> u64 {
         self.cols
     }
 
-    /// Tiles from north to south.
+    /// Number of tiles from north to south.
     pub fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// Cells a tile side.
+    /// Number of cells a tile side.
     pub fn tile_cells(&self) -> u32 {
         self.cells
     }
 
-    /// Tiles in all.
+    /// Number of tiles in the region.
     pub fn tiles(&self) -> u64 {
         self.cols * self.rows
     }
 
-    /// Vertices from west to east, both edges included.
+    /// Number of vertices from west to east, both edges included.
     pub fn width(&self) -> u64 {
         self.cols * self.cells as u64 + 1
     }
 
-    /// Vertices from north to south, both edges included.
+    /// Number of vertices from north to south, both edges included.
     pub fn height(&self) -> u64 {
         self.rows * self.cells as u64 + 1
     }
 
-    /// Its western, southern, eastern and northern edge in kilometres east and north of the origin.
+    /// Returns the region's western, southern, eastern and northern edge in kilometres east and north of the origin.
     pub fn bounds_km(&self, spacing_m: f64) -> [f64; 4] {
         let km = |tile: i64| (tile * self.cells as i64) as f64 * spacing_m / 1000.0;
         let (cols, rows) = (self.cols as i64, self.rows as i64);
-        // Not the negative, which has a zero of its own.
+        // Subtracted from 0 instead of negated, since negating 0 gives -0.
         [km(self.at.x), 0.0 - km(self.at.y + rows), km(self.at.x + cols), 0.0 - km(self.at.y)]
     }
 
-    /// Vertices in all, shared edges counted once.
+    /// Number of vertices in the region, shared edges counted once.
     pub fn vertices(&self) -> u64 {
         self.width() * self.height()
     }
 
-    /// The columns and rows of vertices that a raster of the whole region takes from the tile at a place: a shared
-    /// edge is the next tile's, but for the region's own eastern and southern edge.
+    /// Returns how many columns and rows of vertices a raster of the whole region takes from the tile at a place.
+    /// Vertices of a shared edge belong to the next tile, east or south; on the region's own eastern and southern edge
+    /// they belong to its last tile.
     pub fn owned(&self, place: Place) -> (usize, usize) {
         let cells = self.cells as usize;
         let side = |at: u64, count: u64| cells + usize::from(at + 1 == count);
         (side(place.col, self.cols), side(place.row, self.rows))
     }
 
-    /// The tile at a place of this region.
+    /// Returns the tile at a place of this region.
     pub fn tile(&self, place: Place) -> TileId {
         TileId { x: self.at.x + place.col as i64, y: self.at.y + place.row as i64 }
     }
 
-    /// Where a tile lies in the region, if it does.
+    /// Returns a tile's place in the region, or `None` if the tile lies outside.
     pub fn place(&self, tile: TileId) -> Option<Place> {
         let within =
             |tile: i64, at: i64, count: u64| u64::try_from(tile.checked_sub(at)?).ok().filter(|it| *it < count);
@@ -351,7 +361,7 @@ mod tests {
     fn regions_of_a_stride_cover_what_is_asked_for() {
         let region = |x: i64, y: i64, cols: u64, rows: u64| Region::new(TileId { x, y }, cols, rows, 256).unwrap();
         let strided = |region: &Region, vertices: u64| region.strided(Stride::new(vertices).unwrap()).unwrap();
-        // Where whole tiles fit there are no others; where they do not, smaller ones, if few are needed.
+        // Where whole tiles fit exactly they are used; where they do not, smaller ones, if few of them are needed.
         assert_eq!(strided(&region(-8, 4, 8, 16), 4), Region::new(TileId { x: -2, y: 1 }, 2, 4, 256).unwrap());
         assert_eq!(strided(&region(5, 7, 8, 8), 4), Region::new(TileId { x: 5, y: 7 }, 8, 8, 64).unwrap());
         assert_eq!(

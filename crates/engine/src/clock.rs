@@ -1,4 +1,4 @@
-//! Where the time of a bake goes, stage by stage.
+//! Processor time of a bake, stage by stage.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -6,39 +6,39 @@ use std::time::{Duration, Instant};
 
 use crate::stop;
 
-/// The names of the stages of a tile, wherever they are shown.
+/// The stages of a tile, by the names under which reports show them.
 pub mod stage {
-    /// Heights of relief of noise.
+    /// Heights of noise relief.
     pub const RELIEF: &str = "relief";
-    /// The channels around an area.
+    /// Channels in and around an area.
     pub const NETWORK: &str = "network";
-    /// Where vertices are read in the network's plane.
+    /// Domain warp: positions of the vertices in the plane of the network.
     pub const WARP: &str = "warp";
-    /// The sides that rise from the channels.
+    /// Valley sides that rise from the channels.
     pub const VALLEYS: &str = "valleys";
-    /// What runs down the hillsides between the channels.
+    /// Gullies in the hillsides between the channels.
     pub const GULLIES: &str = "gullies";
-    /// Walls around the ends of glaciers that have gone.
+    /// Moraines around the ends of glaciers that have gone.
     pub const MORAINES: &str = "moraines";
-    /// Bars of sand across drowned valleys.
+    /// Barriers: bars of sand across drowned valleys.
     pub const BARRIERS: &str = "barriers";
-    /// Ice in the heads of high valleys.
+    /// Glaciers in the heads of high valleys.
     pub const GLACIERS: &str = "glaciers";
-    /// The edge of the land and the floor of the sea.
+    /// Coast and sea floor.
     pub const COAST: &str = "coast";
-    /// Cuts through which the land's hollows drain.
+    /// Breaches: cuts through which hollows of the land drain.
     pub const BREACHES: &str = "breaches";
-    /// Beds, lakes and the sea, cut into the land.
+    /// River beds, lakes and the sea, cut into the land.
     pub const WATER: &str = "water";
-    /// Rivers, roads and settlements, found or planned.
+    /// Rivers, roads and settlements: tracing or planning them, or finding those that are remembered.
     pub const LINES: &str = "lines";
-    /// The land, shaped to the beds of lines.
+    /// Imprint: the land shaped to the beds of rivers and roads.
     pub const IMPRINT: &str = "imprint";
-    /// What a GPU is told of land and tiles.
+    /// Upload of data about land and tiles to a GPU.
     pub const GPU_LOADS: &str = "GPU: told";
-    /// Until a GPU has made what is asked for next.
+    /// Waiting for a GPU to finish its work.
     pub const GPU_WAITS: &str = "GPU: waited for";
-    /// What a GPU has made, taken over.
+    /// Reading results back from a GPU.
     pub const GPU_READS: &str = "GPU: read";
     /// Normals.
     pub const NORMALS: &str = "normals";
@@ -48,14 +48,15 @@ pub mod stage {
 
 /// Processor time per named stage, added up over all threads.
 ///
-/// Stages themselves are pure functions; whoever calls them holds the clock.
+/// Stages themselves are pure functions; their callers hold the clock.
 #[derive(Debug, Default)]
 pub struct Clock {
     stages: Mutex<BTreeMap<String, Duration>>,
 }
 
 impl Clock {
-    /// What `work` returns, its time booked under `stage`. No stage begins when all is to [stop](stop::check).
+    /// Runs `work`, books its duration under `stage` and returns its result. Unwinds instead when a [stop](stop::check)
+    /// is requested.
     pub fn time<R>(&self, stage: &str, work: impl FnOnce() -> R) -> R {
         stop::check();
         let start = Instant::now();
@@ -73,7 +74,7 @@ impl Clock {
         }
     }
 
-    /// The time booked so far per stage, the longest first.
+    /// Returns the time booked so far per stage, the longest first.
     pub fn stages(&self) -> Vec<(String, Duration)> {
         let stages = self.stages.lock().expect("no thread panics while it books a time");
         let mut list: Vec<_> = stages.iter().map(|(stage, spent)| (stage.clone(), *spent)).collect();

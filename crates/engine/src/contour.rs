@@ -1,18 +1,19 @@
-//! Lines of equal height through squares of a lattice.
+//! Contours, lines of equal height, through the squares of a lattice.
 //!
-//! Where a line crosses from a square to the next depends on the two heights there alone, taken in one order, so the lines of two areas
-//! meet to the bit.
+//! The point where a contour crosses from one square to the next depends only on the two heights at the ends of the
+//! shared edge, taken in a fixed order. So the contours of two neighbouring areas meet to the bit.
 
 use std::collections::HashMap;
 
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// An edge of a square: its western or northern end, and whether it runs south.
+/// An edge of a square: x and y of its western or northern end, and true if the edge runs south.
 pub type Edge = (i64, i64, bool);
 
-/// Calls with the heights at the corners of each square of so many a side that lies in an area and around it, from the
-/// north-western one clockwise.
+/// Visits the squares of a lattice, `step` vertices a side and aligned to the origin, that overlap an area. Calls
+/// `call` with the heights at the square's corners, clockwise from the north-western one, and with its north-western
+/// corner.
 pub fn for_each_square(heights: &Grid<f32>, area: Area, step: i64, mut call: impl FnMut([f32; 4], [i64; 2])) {
     let first = |at: i64| at.div_euclid(step) * step;
     let last = |at: i64| (at - 1).div_euclid(step) * step + step;
@@ -23,8 +24,9 @@ pub fn for_each_square(heights: &Grid<f32>, area: Area, step: i64, mut call: imp
     }
 }
 
-/// The contours through the squares, of so many a side, of an area, given the heights at their corners: how many intervals each is
-/// above 0 m, and the edges that it crosses, one after the other. Rings end where they begin.
+/// Finds the contours through the squares, `step` vertices a side, of an area, given the heights at their corners. Each
+/// contour is returned as its number, its height in intervals above 0 m, with the edges that it crosses, in order.
+/// Rings end where they begin.
 pub fn crossed(heights: &Grid<f32>, area: Area, step: i64, interval_m: f64) -> Vec<(i64, Vec<Edge>)> {
     let mut segments: HashMap<i64, Vec<[Edge; 2]>> = HashMap::new();
     for_each_square(heights, area, step, |corners, at| {
@@ -40,7 +42,7 @@ pub fn crossed(heights: &Grid<f32>, area: Area, step: i64, interval_m: f64) -> V
     numbers.into_iter().flat_map(lines).collect()
 }
 
-/// Adds the lines of a level through a square: from edge to edge.
+/// Adds the segments of a level's contour through a square, each from edge to edge.
 pub fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], step: i64, segments: &mut Vec<[Edge; 2]>) {
     let above = corners.map(|corner| corner >= level);
     // Northern, eastern, southern and western edge.
@@ -49,7 +51,7 @@ pub fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], step: i64, segmen
     match crossed[..] {
         [one, other] => segments.push([edges[one], edges[other]]),
         [_, _, _, _] => {
-            // A saddle: its middle says which corners belong together.
+            // At a saddle, the height of the square's middle decides which corners belong together.
             let middle = ((corners[0] + corners[1]) + (corners[2] + corners[3])) * 0.25 >= level;
             let [first, second] = if middle == above[0] { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
             segments.push(first.map(|edge| edges[edge]));
@@ -59,14 +61,14 @@ pub fn square(corners: [f32; 4], level: f32, [x, y]: [i64; 2], step: i64, segmen
     }
 }
 
-/// How far along an edge, of so many, a level crosses it: a share of it.
+/// Returns the point at which a level crosses an edge `step` vertices long, as a share of the edge's length.
 pub fn share(heights: &Grid<f32>, (x, y, south): Edge, step: i64, level: f32) -> f64 {
     let end = if south { [x, y + step] } else { [x + step, y] };
     let (from, to) = (f64::from(heights.at(x, y)), f64::from(heights.at(end[0], end[1])));
     (f64::from(level) - from) / (to - from)
 }
 
-/// Segments joined into lines as long as they can be; a ring ends where it begins.
+/// Joins segments into lines as long as possible; a ring ends where it begins.
 pub fn chains(segments: &[[Edge; 2]]) -> Vec<Vec<Edge>> {
     let mut at: HashMap<Edge, Vec<usize>> = HashMap::with_capacity(segments.len() * 2);
     for (index, ends) in segments.iter().enumerate() {
@@ -76,7 +78,7 @@ pub fn chains(segments: &[[Edge; 2]]) -> Vec<Vec<Edge>> {
     }
     let mut used = vec![false; segments.len()];
     let mut lines = Vec::new();
-    // Open lines from their ends first, then what is left: rings.
+    // First the open lines, from their ends; the segments that are left form rings.
     let is_end = |index: usize| segments[index].iter().any(|end| at[end].len() == 1);
     let order = (0..segments.len()).filter(|index| is_end(*index)).chain(0..segments.len());
     for start in order {

@@ -1,91 +1,91 @@
-//! What can go wrong, said so that the reader knows what to do next.
+//! Errors, worded so that the reader knows what to do next.
 
 use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why something could not be done. A user's mistake carries a hint that says what would do.
+/// The reason why something could not be done. A user's mistake carries a hint at what would work instead.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A text of the user's, a preset, a style or a path, that cannot be read or understood.
+    /// A text from the user, a preset, a style or a path, that cannot be read or understood.
     #[error("{}{message}{}", Located(source_place), Pictured(source_place))]
     Preset {
-        /// What was expected and what was there.
+        /// The difference between what was expected and what was found.
         message: String,
-        /// Where, when the preset came from a text.
+        /// The place of the mistake, when the preset came from a text.
         source_place: Option<Box<SourcePlace>>,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// A region that cannot be.
+    /// A region that cannot exist.
     #[error("{message}")]
     Region {
-        /// What is wrong.
+        /// The reason.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// An export that is not known or that cannot hold the region.
+    /// An export that is unknown or that cannot hold the region.
     #[error("{message}")]
     Export {
-        /// What is wrong.
+        /// The reason.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// A place for the output that cannot be used.
+    /// An output path that cannot be used.
     #[error("{}: {message}", path.display())]
     Output {
-        /// The place.
+        /// The output path.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// An option or a variable of the environment that makes no sense.
+    /// An option or environment variable that makes no sense.
     #[error("{message}")]
     Option {
-        /// What is wrong.
+        /// The reason.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// A device that is asked for and cannot be had.
+    /// A device that was asked for and is not available.
     #[error("{message}")]
     Device {
-        /// Why not.
+        /// The reason.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// A tile registry that is not there or cannot be understood.
+    /// A tile registry that is missing or cannot be understood.
     #[error("{}: {message}", path.display())]
     Registry {
-        /// The file.
+        /// The registry's file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault that was found.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// A bake that is not as it was left.
+    /// A bake whose files differ from those that were written.
     #[error("{}: {message}", path.display())]
     Faulty {
-        /// Its folder.
+        /// The bake's folder.
         path: PathBuf,
-        /// How much is wrong with it.
+        /// The number and kinds of faults.
         message: String,
-        /// What would do.
+        /// A hint at what would work.
         hint: String,
     },
-    /// The system refused to read or write.
+    /// The operating system refused to read or write.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
     /// The user stopped the work.
@@ -94,7 +94,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What would do instead, where that can be said.
+    /// Returns a hint at what would work instead, if the error has one.
     pub fn hint(&self) -> Option<&str> {
         match self {
             Error::Preset { hint, .. }
@@ -109,8 +109,8 @@ impl Error {
         }
     }
 
-    /// The exit code of a command that ends with this error: 2 for the user's mistake, 130 for an interrupt, else 1, as for a bake that is not
-    /// whole.
+    /// Returns the exit code of a command that ends with this error: 2 for the user's mistake, 130 for an interrupt, 1
+    /// for errors of the system or of a device and for a bake with faults.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Io { .. } | Error::Faulty { .. } | Error::Device { .. } => 1,
@@ -119,13 +119,13 @@ impl Error {
         }
     }
 
-    /// Wraps what the system said about a path.
+    /// Wraps an error of the operating system about a path.
     pub fn io(path: impl AsRef<Path>) -> impl FnOnce(io::Error) -> Error {
         move |source| Error::Io { path: path.as_ref().to_owned(), source }
     }
 }
 
-/// A place in a text: where an error points.
+/// A place in a text at which an error points.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourcePlace {
     /// The file, or the name of a built-in preset.
@@ -134,11 +134,11 @@ pub struct SourcePlace {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// The line itself, cut around the place when it is long; control characters stand as their pictures.
+    /// The line itself, cut around the place when it is long; control characters are replaced by their symbols.
     pub text: String,
-    /// How many characters of `text` are before the place.
+    /// Number of characters of `text` before the place.
     pub before: usize,
-    /// How many characters of it are meant; at least 1.
+    /// Number of characters of `text` that the error marks; at least 1.
     pub length: usize,
 }
 
@@ -169,36 +169,38 @@ impl SourcePlace {
     }
 }
 
-/// Characters of a line that are shown before a place and from there on: with a number before, a terminal's width.
+/// Number of characters of a line that are shown before a place, and from the place on: with the line number, the width
+/// of a terminal.
 const SHOWN_BEFORE: usize = 40;
 const SHOWN_AFTER: usize = 72;
 
-/// Characters of a message that anybody would read.
+/// Largest number of characters of a message that are shown; a longer message would not be read.
 const MESSAGE_CHARACTERS: usize = 800;
 
-/// The text with pictures in the place of characters that would do something to a terminal; tabs stay.
+/// Replaces the characters that would control a terminal by symbols; tabs stay.
 fn visible(text: &str) -> String {
     let picture = |c: char| match c {
         '\t' => c,
         '\0'..='\x1f' => char::from_u32('\u{2400}' as u32 + c as u32).unwrap_or('\u{fffd}'),
         '\x7f' => '\u{2421}',
-        // The rest of the control characters, and those that turn the direction of writing.
+        // The other control characters, and those that change the direction of writing.
         '\u{80}'..='\u{9f}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
         c => c,
     };
     text.chars().map(picture).collect()
 }
 
-/// A message that says what a user has written, made fit for a terminal: without control characters, not without end.
+/// Makes a message that quotes a user's text fit for a terminal: replaces control characters and cuts off what is too
+/// long.
 pub fn clipped(message: &str) -> String {
     let end = message.char_indices().nth(MESSAGE_CHARACTERS).map_or(message.len(), |(at, _)| at);
     visible(&message[..end]) + if end < message.len() { "..." } else { "" }
 }
 
-/// The place in a text, as `file:line:column: `.
+/// Shows the place in a text as `file:line:column: `.
 struct Located<'a>(&'a Option<Box<SourcePlace>>);
 
-/// The line of the place with a mark under what is meant.
+/// Shows the line of the place, with a mark under the characters that are meant.
 struct Pictured<'a>(&'a Option<Box<SourcePlace>>);
 
 impl Display for Located<'_> {
@@ -215,19 +217,19 @@ impl Display for Pictured<'_> {
         let Some(place) = self.0 else { return Ok(()) };
         let number = place.line.to_string();
         let margin = " ".repeat(number.len());
-        // Tabs stay tabs in the margin of the mark, so that it stands under the place on any terminal.
+        // Tabs before the mark stay tabs, so that the mark stands under the place on any terminal.
         let indent: String =
             place.text.chars().take(place.before).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
         write!(f, "\n{margin} |\n{number} | {}\n{margin} | {indent}{}", place.text, "^".repeat(place.length))
     }
 }
 
-/// The name of `known` that a mistyped `name` was probably meant to be.
+/// Returns the name in `known` that a mistyped `name` was probably meant to be.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
         .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
-        // A third of the letters wrong is a slip of the fingers; more is another word.
+        // A third of the letters wrong is a typing mistake; more is another word.
         .filter(|(distance, candidate)| *distance * 3 <= candidate.len().max(name.len()))
         .min()
         .map(|(_, candidate)| candidate)

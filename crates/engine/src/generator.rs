@@ -1,9 +1,10 @@
-//! The versions of what makes worlds: which bytes a preset and a seed are.
+//! Versions of the layers that make worlds. Together they fix which bytes a preset and a seed give.
 //!
-//! Each layer of the program has a number. **Whoever changes what a layer makes, be it one bit of one vertex, raises its number
-//! here**, in the same commit that changes `tests/golden.txt`: the list of golden hashes names the numbers that it was written
-//! with, and takes no other hashes under the same ones. A bake says them in its manifest; what was baked with others is not gone
-//! on with, added to, extended or repaired, since its tiles may be others here.
+//! Each layer of the program has a number. **Whoever changes what a layer makes, be it one bit of one vertex, raises
+//! its number here**, in the same commit that changes `tests/golden.txt`: the list of golden hashes names the numbers
+//! with which it was written, and accepts no other hashes under the same numbers. A bake's manifest lists the numbers
+//! as well. A bake with other numbers is not resumed, added to, extended or repaired, since its tiles could differ from
+//! those made here.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +13,10 @@ use crate::error::Error;
 /// The version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What manifests call the program.
+/// Name and version of the program, as manifests have them.
 pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 
-/// The layers, and the version of what each makes of what those before it have made.
+/// The layers, each with the version of its work on the output of the layers before it.
 pub const LAYERS: [(&str, u32); 9] = [
     ("noise", 2),
     ("fluvial", 2),
@@ -28,15 +29,15 @@ pub const LAYERS: [(&str, u32); 9] = [
     ("map", 2),
 ];
 
-/// The layers and their versions by name, as manifests have them.
+/// Returns the layers' versions by name, as manifests have them.
 pub fn layers() -> BTreeMap<String, u32> {
     LAYERS.iter().map(|(layer, version)| ((*layer).to_owned(), *version)).collect()
 }
 
-/// Whether this program makes the worlds of a version, such as `0.1` or `0.1.0`.
+/// Checks that this program makes the worlds of a version, such as `0.1` or `0.1.0`.
 ///
 /// # Errors
-/// When it does not.
+/// When the program has another version.
 pub fn check(version: &str) -> Result<(), Error> {
     let wanted = version.strip_prefix("terrane ").unwrap_or(version);
     let is_same = !wanted.is_empty() && (VERSION == wanted || VERSION.starts_with(&format!("{wanted}.")));

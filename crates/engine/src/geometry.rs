@@ -1,40 +1,41 @@
-//! Plane geometry of straight lines. Places are east and south of some origin, in any unit.
+//! Plane geometry of straight lines. Places are given as distances east and south of some origin, in any unit.
 
-/// The length of a vector.
+/// Returns the length of a vector.
 pub fn length([x, y]: [f64; 2]) -> f64 {
-    // A square root is exact on every machine; `hypot` is what the machine's library makes of it.
+    // A square root is exact on every machine; the result of `hypot` depends on the machine's library.
     (x * x + y * y).sqrt()
 }
 
-/// The value at a share of the way along a line: from what it is at the start, and how much it changes to the end.
+/// Interpolates linearly between a start value and the start plus a change, at a share of the way.
 pub fn lerp([start, change]: [f64; 2], share: f64) -> f64 {
     start + change * share
 }
 
-/// The dot product of two ways.
+/// Returns the dot product of two vectors.
 pub fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// The cross product of two ways: positive if the second turns clockwise from the first, where y is down.
+/// Returns the cross product of two vectors: positive if the second turns clockwise from the first, where y points
+/// down.
 pub fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The value at a place in a cell, from those at its north-western, north-eastern, south-western and south-eastern corner:
-/// shares of the cell east and south.
+/// Interpolates bilinearly in a cell, from the values at its north-western, north-eastern, south-western and
+/// south-eastern corner; `east` and `south` are shares of the cell's side.
 pub fn bilinear([a, b, c, d]: [f64; 4], [east, south]: [f64; 2]) -> f64 {
     let (north, below) = (a + (b - a) * east, c + (d - c) * east);
     north + (below - north) * south
 }
 
-/// From 0 to 1 as `t` is, without a corner at either end; half again as steep in its middle.
+/// Smoothstep: rises from 0 to 1 as `t` does, but level at both ends; in the middle it is half again as steep as `t`.
 pub fn smooth(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// How far one has come at each place of a way of so long steps: 0 at the first.
+/// Returns the distance travelled at each point of a path, given the lengths of its steps: 0 at the first point.
 pub fn come(steps: impl Iterator<Item = f64>) -> Vec<f64> {
     let sums = steps.scan(0.0, |come, step| {
         *come += step;
@@ -43,29 +44,30 @@ pub fn come(steps: impl Iterator<Item = f64>) -> Vec<f64> {
     std::iter::once(0.0).chain(sums).collect()
 }
 
-/// How far one has come at each of the places of a line.
+/// Returns the distance along a polyline at each of its points.
 pub fn come_along(places: &[[f64; 2]]) -> Vec<f64> {
     come(places.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])))
 }
 
-/// The straight line between two places.
+/// The straight line segment between two places.
 #[derive(Clone, Copy, Debug)]
 pub struct LineSegment {
-    /// Where it begins.
+    /// The start.
     pub from: [f64; 2],
-    /// The way to where it ends.
+    /// The vector from the start to the end.
     pub along: [f64; 2],
 }
 
 impl LineSegment {
-    /// The line from one place to another.
+    /// Returns the segment from one place to another.
     pub fn between(from: [f64; 2], to: [f64; 2]) -> LineSegment {
         LineSegment { from, along: [to[0] - from[0], to[1] - from[1]] }
     }
 
-    /// Whether its bounding rectangle, widened by some distance, holds a place; `false` proves that it is further away.
+    /// Tells whether the segment's bounding rectangle, widened by `distance`, holds a place. If not, the place is
+    /// further away than `distance`.
     pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
-        // How far the place lies from the middle of the line's extent along an axis.
+        // Tells whether the place lies at most `distance` beyond the segment's extent along an axis.
         let beside = |axis: usize| {
             let half = 0.5 * self.along[axis];
             (place[axis] - self.from[axis] - half).abs() - half.abs() <= distance
@@ -73,14 +75,15 @@ impl LineSegment {
         beside(0) & beside(1)
     }
 
-    /// Whether it crosses another line, and the ends of both lie more than one and a half units to either side of the
-    /// other: to touch is not to cross, and ends that are rounded to whole units may cross by that.
+    /// Tells whether the segment clearly crosses another: the ends of each lie on different sides of the other, more
+    /// than one and a half units away from it. To touch is not to cross, and ends that are rounded to whole units may
+    /// cross by rounding alone.
     pub fn crosses(&self, other: &LineSegment) -> bool {
         let apart = |line: &LineSegment, by: &LineSegment| {
             let side = |off: [f64; 2]| cross(line.along, off);
             let start = [by.from[0] - line.from[0], by.from[1] - line.from[1]];
             let (a, b) = (side(start), side([start[0] + by.along[0], start[1] + by.along[1]]));
-            // Most are on one side, which takes no root to be seen.
+            // Most segments have both ends on one side: the signs show that, without a square root.
             (a > 0.0) != (b > 0.0) && {
                 let least = 1.5 * length(line.along);
                 (a > least && b < -least) || (a < -least && b > least)
@@ -89,8 +92,8 @@ impl LineSegment {
         apart(self, other) && apart(other, self)
     }
 
-    /// The share of its length, 0 to 1, at which it is nearest to a place, and the square of the distance there. One
-    /// without a length is nearest at its start.
+    /// Finds the point of the segment that is nearest to a place. Returns it as a share of the length, 0 to 1, and the
+    /// square of its distance. A segment without length is nearest at its start.
     pub fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
         let off = [to[0] - self.from[0], to[1] - self.from[1]];
         let square = self.along[0] * self.along[0] + self.along[1] * self.along[1];
@@ -100,15 +103,15 @@ impl LineSegment {
         (share, away[0] * away[0] + away[1] * away[1])
     }
 
-    /// The distance from a place.
+    /// Returns the segment's distance from a place.
     pub fn distance(&self, to: [f64; 2]) -> f64 {
         self.nearest(to).1.sqrt()
     }
 
-    /// Whether it touches the rectangle from the origin to `corner`, edges included.
+    /// Tells whether the segment touches the rectangle from the origin to `corner`, edges included.
     pub fn touches_rectangle(&self, corner: [f64; 2]) -> bool {
-        // The part of the line that lies between both pairs of edges: none if it leaves the one before it enters the
-        // other.
+        // The part of the segment between both pairs of edges is empty if the segment leaves one pair before it enters
+        // the other.
         let (mut enters, mut leaves) = (0.0f64, 1.0f64);
         for axis in [0, 1] {
             let (from, way) = (self.from[axis], self.along[axis]);
@@ -126,20 +129,21 @@ impl LineSegment {
     }
 }
 
-/// The lines from each `step`th place to the next.
+/// Returns the segments from each `step`th place to the next.
 pub fn lines(places: &[[f64; 2]], step: usize) -> Vec<LineSegment> {
     let ends = places.iter().step_by(step);
     ends.clone().zip(ends.skip(1)).map(|(from, to)| LineSegment::between(*from, *to)).collect()
 }
 
-/// The points of a line that suffice for none of the others to lie further from it than `miss`; its ends among them.
+/// Simplifies a polyline: keeps its ends, and enough of its other points for none of the rest to lie further than
+/// `miss` from the result.
 ///
 /// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
 pub fn simplified(points: &[[f64; 2]], miss: f64) -> Vec<[f64; 2]> {
     let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
     let mut kept = vec![points[0]];
     let mut first = 0;
-    // Ends of what is still to do, the nearest last.
+    // A stack of ends of the stretches still to be simplified, the next one on top.
     let mut ends = vec![last];
     while let Some(&end) = ends.last() {
         let chord = LineSegment::between(points[first], points[end]);
@@ -171,7 +175,7 @@ mod tests {
             let off = kept.windows(2).map(|pair| LineSegment::between(pair[0], pair[1]).distance(*point));
             assert!(off.fold(f64::INFINITY, f64::min) <= 0.25);
         }
-        // What ends where it begins, and what is no line at all.
+        // A ring, a single point, and no points.
         let ring = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]];
         assert_eq!(simplified(&ring, 0.1), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]]);
         assert_eq!(simplified(&ring[..1], 0.1), [[0.0, 0.0]]);

@@ -1,11 +1,11 @@
-//! A raster that knows which part of the lattice it covers.
+//! Rasters that know which part of the lattice they cover.
 
 use crate::area::Area;
 
-/// One value a vertex of an [`Area`], row by row from its north-western one.
+/// One value for each vertex of an [`Area`], row by row from the north-western vertex.
 ///
-/// Reading outside the area panics: a stage whose pad is declared too small fails at once instead of reading
-/// something else's memory or a made-up border.
+/// Reading outside the area panics: a stage that declares too small a pad fails at once, instead of reading other
+/// memory or a made-up border.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<T> {
     area: Area,
@@ -13,7 +13,7 @@ pub struct Grid<T> {
 }
 
 impl<T: Copy> Grid<T> {
-    /// A grid with the same value at every vertex.
+    /// Returns a grid with the same value at every vertex.
     pub fn filled(area: Area, value: T) -> Grid<T> {
         Grid { area, values: vec![value; area.len()] }
     }
@@ -23,17 +23,17 @@ impl<T: Copy> Grid<T> {
         self.area
     }
 
-    /// All values, row by row.
+    /// Returns all values, row by row.
     pub fn values(&self) -> &[T] {
         &self.values
     }
 
-    /// All values, row by row.
+    /// Returns all values for writing, row by row.
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
 
-    /// The value at a vertex of the lattice.
+    /// Returns the value at a vertex of the lattice.
     ///
     /// # Panics
     /// When the vertex is outside the area.
@@ -41,35 +41,35 @@ impl<T: Copy> Grid<T> {
         self.row(y, x, x + 1)[0]
     }
 
-    /// The values of row `y` at `x0 <= x < x1`.
+    /// Returns the values of row `y` at `x0 <= x < x1`.
     ///
     /// # Panics
-    /// When a part of it is outside the area.
+    /// When a part of the row is outside the area.
     pub fn row(&self, y: i64, x0: i64, x1: i64) -> &[T] {
         let range = self.range(y, x0, x1);
         &self.values[range]
     }
 
-    /// The values of row `y` at `x0 <= x < x1`.
+    /// Returns the values of row `y` at `x0 <= x < x1` for writing.
     ///
     /// # Panics
-    /// When a part of it is outside the area.
+    /// When a part of the row is outside the area.
     pub fn row_mut(&mut self, y: i64, x0: i64, x1: i64) -> &mut [T] {
         let range = self.range(y, x0, x1);
         &mut self.values[range]
     }
 
-    /// The values in a part of the area.
+    /// Copies a part of the area into a grid of its own.
     ///
     /// # Panics
-    /// When it is not within the area.
+    /// When the part is not within the area.
     #[must_use]
     pub fn part(&self, area: Area) -> Grid<T> {
         let values = (area.y0..area.y1).flat_map(|y| self.row(y, area.x0, area.x1)).copied().collect();
         Grid { area, values }
     }
 
-    /// Sets all values outside of a part of the area: for tests of what a stage reads.
+    /// Sets all values outside a part of the area. Tests use it to find out which vertices a stage reads.
     #[cfg(test)]
     pub(crate) fn fill_outside(&mut self, part: Area, value: T) {
         for (x, y) in self.area.vertices() {

@@ -1,6 +1,7 @@
-//! The only source of chance: everything random is a hash of the seed and of what it is for, never of a history.
+//! Hashes, the only source of chance: every random number is a hash of the seed and of its purpose, never of anything
+//! that happened earlier.
 //!
-//! What it is for stands in a register: each use of chance in the crate is a [`Stream`], and no two can share one.
+//! Purposes stand in a register: each use of chance in the crate is a [`Stream`], and no two uses can share one.
 
 /// A well-mixed function of `value`: each bit of the input changes each bit of the output about half of the time.
 ///
@@ -13,49 +14,49 @@ pub const fn mix(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The golden ratio's bits keep small numbers, which seeds and streams mostly are, from cancelling out.
+/// The golden ratio's bits. They keep small numbers, as seeds and streams mostly are, from cancelling out.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// [`mix`] for numbers that may be small or 0, of which that makes 0.
+/// [`mix`] for numbers that may be small or 0; `mix` itself maps 0 to 0.
 #[inline]
 pub const fn scatter(value: u64) -> u64 {
     mix(value.wrapping_add(GOLDEN))
 }
 
-/// A key made of a key and a number.
+/// Returns a key made of a key and a number.
 #[inline]
 pub const fn combine(key: u64, number: u64) -> u64 {
     with_number(scatter(key), number)
 }
 
-/// [`combine`] of a key that is [scattered](scatter) already, for whoever makes many of one.
+/// [`combine`] of a key that is already [scattered](scatter): saves time when many keys are made of one.
 #[inline]
 pub const fn with_number(scattered: u64, number: u64) -> u64 {
     mix(scattered ^ number.wrapping_mul(GOLDEN))
 }
 
-/// A key made of a key and a text; of an empty text it is the key itself.
+/// Returns a key made of a key and a text; with an empty text the key itself.
 pub fn with_text(key: u64, text: &str) -> u64 {
     text.bytes().fold(key, |key, byte| combine(key, byte.into()))
 }
 
-/// The seed of one stream of chance, independent of the seeds of all other streams.
+/// Returns the seed of one stream of chance, independent of the seeds of all other streams.
 pub fn stream(seed: u64, stream: impl Into<StreamNumber>) -> u64 {
     combine(seed, stream.into().0)
 }
 
-/// The hash of a point of a lattice in a stream.
+/// Returns the hash of a lattice point in a stream.
 pub const fn lattice(stream: u64, x: i64, y: i64) -> u64 {
     mix(mix(stream ^ x as u64) ^ (y as u64).rotate_left(32))
 }
 
-/// A hash as a number from 0 to 1, 1 excluded: of its upper 53 bits, which are what a double holds.
+/// Returns a hash as a number from 0 to 1, 1 excluded, made of its upper 53 bits, which an `f64` holds exactly.
 pub const fn share(hash: u64) -> f64 {
     const SCALE: f64 = 1.0 / (1u64 << 53) as f64;
     (hash >> 11) as f64 * SCALE
 }
 
-/// A register of uses: an enum whose variants are the first of so many numbers, and own them all.
+/// A register of uses of chance: an enum. Each variant stands for a range of numbers, its own value the first of them.
 macro_rules! register {
     ($(#[$about:meta])* $name:ident: $($(#[$doc:meta])* $variant:ident = $first:expr, $count:expr;)+) => {
         $(#[$about])*
@@ -66,20 +67,20 @@ macro_rules! register {
         }
 
         impl $name {
-            /// All of them.
+            /// All variants.
             pub const ALL: &[$name] = &[$($name::$variant),+];
 
-            /// How many numbers it owns, from its own on.
+            /// Number of numbers that the variant owns, from its own value on.
             pub const fn count(self) -> u64 {
                 match self {
                     $($name::$variant => $count,)+
                 }
             }
 
-            /// The number of one of its parts.
+            /// Returns the number of one of the variant's parts.
             ///
             /// # Panics
-            /// When it has no such part.
+            /// When the variant has no such part.
             pub const fn number(self, part: u64) -> u64 {
                 assert!(part < self.count(), "the part belongs to another use of chance");
                 self as u64 + part
@@ -88,50 +89,50 @@ macro_rules! register {
     };
 }
 
-/// Streams that have parts, a term of noise each, say, may have so many.
+/// Number of parts of a stream that is divided, for example into the terms of noise.
 const PARTS: u64 = 1 << 32;
 
 register! {
-    /// Every use of chance in a world: its number, and how many it owns. What is new takes the next number that is
-    /// free; to change one changes worlds.
+    /// Every use of chance in a world, with its first number and how many numbers it owns. A new use takes the next
+    /// free number; changing an existing number changes worlds.
     Stream:
-    /// Domain warp of relief of noise, east.
+    /// Domain warp of noise relief, east.
     NoiseWarpEast = 1, 1;
-    /// Domain warp of relief of noise, south.
+    /// Domain warp of noise relief, south.
     NoiseWarpSouth = 2, 1;
-    /// The mask of land and sea floor of relief of noise.
+    /// The mask that separates land from sea floor in noise relief.
     NoiseLand = 3, 1;
-    /// Terms of relief of noise, by their index.
+    /// Terms of noise relief, by their index.
     NoiseTerm = 1 << 32, PARTS;
-    /// Masks of the terms, by the term's index.
+    /// Masks of the terms of noise relief, by the term's index.
     NoiseTermMask = 2 << 32, PARTS;
-    /// Which tiles have a river of the agents, and where it goes.
+    /// Rivers of the agents: which tiles have one, and its course.
     AgentRiver = 3 << 32, 1;
-    /// Which tiles have a road of the agents, and where it goes.
+    /// Roads of the agents: which tiles have one, and its course.
     AgentRoad = 4 << 32, 1;
     /// The order in which rivers of the agents give way to each other.
     AgentRank = 5 << 32, 1;
-    /// Where water of fluvial relief flows at large.
+    /// Potential of fluvial relief: the water flows down it at large.
     Potential = 6 << 32, 1;
-    /// How fast fluvial relief rises.
+    /// Uplift rate of fluvial relief.
     Uplift = 7 << 32, 1;
-    /// Warp of fluvial relief, east.
+    /// Domain warp of fluvial relief, east.
     FluvialWarpEast = 8 << 32, 1;
-    /// Warp of fluvial relief, south.
+    /// Domain warp of fluvial relief, south.
     FluvialWarpSouth = 9 << 32, 1;
-    /// The network of channels, which divides it by [`network_level`] and by [`Draw`].
+    /// The network of channels, divided further by [`network_level`] and by [`Draw`].
     Network = 10 << 32, 1;
     /// Octaves of gullies, by their index.
     Gullies = 11 << 32, PARTS;
     /// Roughness of hillsides.
     Roughness = 12 << 32, 1;
-    /// Layers of rock.
+    /// Rock layers.
     Strata = 13 << 32, 1;
-    /// Which agents a tile around a walker starts.
+    /// Kinds of agents that a tile around a walker starts.
     WalkerAgent = 14 << 32, 1;
-    /// To which side the first tile around a walker grows.
+    /// Direction in which the first tile around a walker grows.
     WalkerGrowth = 15 << 32, 1;
-    /// Where tongues are at home.
+    /// Homes of the tongues, the languages of names.
     Tongue = 16 << 32, 1;
     /// Names of settlements.
     SettlementName = 17 << 32, 1;
@@ -141,25 +142,25 @@ register! {
     LakeName = 19 << 32, 1;
     /// Names of peaks.
     PeakName = 20 << 32, 1;
-    /// Positions that are compared for a settlement, by their index.
+    /// Candidate positions of a settlement, by their index.
     SitePosition = 21 << 32, PARTS;
-    /// Which cells are settled.
+    /// Presence of a settlement in a site cell.
     Settled = 22 << 32, 1;
-    /// What becomes of a settlement.
+    /// Share of chance in a settlement's class and population.
     SiteClass = 23 << 32, 1;
-    /// How bad ground is to walk on.
+    /// Random cost of ground for roads, which makes routes wander.
     RouteWander = 24 << 32, 1;
     /// Bends of the shores of fluvial relief, east.
     CoastEast = 25 << 32, 1;
     /// Bends of the shores of fluvial relief, south.
     CoastSouth = 26 << 32, 1;
-    /// Where woods stand, and how far rubble and wet ground reach.
+    /// Edges of woods, scree and wet ground.
     GroundCover = 27 << 32, 1;
     /// Short bends of the shores of fluvial relief, east.
     ShortCoastEast = 28 << 32, 1;
     /// Short bends of the shores of fluvial relief, south.
     ShortCoastSouth = 29 << 32, 1;
-    /// How far flood plains reach.
+    /// Width of flood plains.
     FloodPlain = 30 << 32, 1;
     /// The shortest bends of the shores of fluvial relief, east.
     LeastCoastEast = 31 << 32, 1;
@@ -167,33 +168,33 @@ register! {
     LeastCoastSouth = 32 << 32, 1;
     /// Skerries: where they are, their shoals, bays and directions.
     Skerries = 33 << 32, 5;
-    /// Moraines, divided as the network is.
+    /// Moraines, divided by level and by [`Draw`] as the network is.
     Moraines = 34 << 32, 1;
-    /// Where moraines are higher.
+    /// Variation of the height of moraines.
     MoraineShape = 36 << 32, 1;
-    /// Glaciers, divided as the network is.
+    /// Glaciers, divided by level and by [`Draw`] as the network is.
     Glaciers = 35 << 32, 1;
-    /// Where rills are deep.
+    /// Depth of rills, patch by patch.
     Rills = 37 << 32, 1;
     /// Barriers across drowned valleys.
     Barriers = 38 << 32, 1;
-    /// Where barriers are higher.
+    /// Variation of the height of barriers.
     BarrierShape = 39 << 32, 1;
     /// Names of mountain ranges.
     RangeName = 40 << 32, 1;
-    /// Where single trees, shrubs, tufts and rocks stand.
+    /// Positions of single trees, shrubs, tufts and rocks.
     Instances = 41 << 32, 1;
 }
 
-/// The number of a stream, or of a part of one.
+/// The number of a stream, or of a part of a stream.
 #[derive(Clone, Copy, Debug)]
 pub struct StreamNumber(u64);
 
 impl Stream {
-    /// A part of the stream.
+    /// Returns the number of a part of the stream.
     ///
     /// # Panics
-    /// When it has no such part.
+    /// When the stream has no such part.
     pub const fn of(self, part: u64) -> StreamNumber {
         StreamNumber(self.number(part))
     }
@@ -206,58 +207,58 @@ impl From<Stream> for StreamNumber {
 }
 
 register! {
-    /// What is left to chance of one channel of a level of the network.
+    /// Uses of chance of a channel of one level of the network, and of the features that are numbered like channels.
     Draw:
-    /// Where its head stands, east and south.
+    /// Position of a tributary's head or of a trunk's node in its cell, east and south.
     Head = 0, 2;
-    /// Of a trunk's node, whether it has a lake; of a tributary, whether it is left out.
+    /// Presence of a lake at a trunk's node; for a tributary, whether the network leaves it out.
     Choice = 2, 1;
-    /// How wide its lake is.
+    /// Width of a channel's lake.
     LakeWidth = 3, 1;
-    /// How flat a valley's side it begins on.
+    /// Least steepness of the valley side on which a dry tributary begins.
     Flat = 4, 1;
-    /// Where it ends, of several that would end at one place.
+    /// Distance between the ends of tributaries that would otherwise end at one place.
     Foot = 5, 1;
-    /// How far down its lake ends.
+    /// Position of a lake's sill along its channel.
     LakeSill = 6, 1;
-    /// How long its lake is.
+    /// Length of a channel's lake.
     LakeLength = 7, 1;
-    /// Where in a wave its meanders begin.
+    /// Phase in which a channel's meanders begin.
     MeanderPhase = 8, 1;
-    /// How long a wave of its meanders is, by the knot.
+    /// Wavelength of meanders, drawn for each wave.
     MeanderWave = 9, 1;
-    /// How far a wave of its meanders turns, by the knot.
+    /// Turn of meanders, drawn for each wave.
     MeanderTurn = 10, 1;
-    /// Of a tributary, whether it has a lake.
+    /// Presence of a lake on a tributary.
     Lake = 11, 1;
-    /// Of a place of a trunk, by the knot: which branch it has, where, how large it is and what its shape is.
+    /// Branch in a stretch of a trunk: its kind, position, size and shape, drawn for each stretch.
     Branch = 12, 4;
-    /// How far it swings to the side, by the knot.
+    /// Swing of a channel's course to the side, with the knot as the part.
     Swing = 16, PARTS;
-    /// Of a skerry: whether it is there, how large, and where, east and south.
+    /// A skerry: its presence, its size, and its position east and south.
     Skerry = 2 << 32, 4;
-    /// How long a trunk's delta is.
+    /// Length of a trunk's delta.
     Delta = 3 << 32, 1;
-    /// Where on its floor moraines lie, and how large they are.
+    /// Moraines along a channel, with the stretch and its moraines in the part: presence, positions and sizes.
     Moraine = 4 << 32, PARTS;
-    /// How far down a glacier comes.
+    /// Height to which a glacier comes down.
     Glacier = 5 << 32, 1;
-    /// Of a barrier: whether it is there, how wide and how high.
+    /// A barrier: its presence, width and height.
     Barrier = 6 << 32, 3;
 }
 
-/// Knots for which a level of the network has room.
+/// Number of knots for which each level of the network has seeds.
 const KNOTS: u64 = 1 << 8;
 
-/// The seed of a level of the network, whose channels then have their [`Draw`]s.
+/// Returns the seed of a level of the network, from which the level's channels take their [`Draw`]s.
 pub const fn network_level(network: u64, level: u32) -> u64 {
     network.wrapping_add(level as u64 * KNOTS)
 }
 
-/// The seed of a knot of the channels of a level: where what is drawn differs from knot to knot.
+/// Returns the seed of one knot of a level's channels, for draws that differ from knot to knot.
 ///
 /// # Panics
-/// When the knot is one for which a level has no room.
+/// When the level has no seed for so large a knot number.
 pub const fn network_knot(level: u64, knot: usize) -> u64 {
     assert!(knot < KNOTS as usize, "a channel has more knots than there are streams for");
     level.wrapping_add(knot as u64)

@@ -1,4 +1,4 @@
-//! What relief hands on: heights, and the water on them.
+//! Land: the output of relief, which is heights and the water on them.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -7,30 +7,30 @@ use crate::memory::heap_bytes;
 /// The land of an area, and the water on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Land {
-    /// Heights in metres: of the ground, so under water of its bed.
+    /// Heights of the ground in metres; under water, those of its bed.
     pub heights: Grid<f32>,
-    /// What stands or flows on it; `None` where the relief knows of no water.
+    /// Standing and flowing water; `None` where the relief has no water.
     pub water: Option<Water>,
 }
 
 /// Water on an area.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Water {
-    /// What there is at each vertex.
+    /// Kind of water at each vertex.
     pub kind: Grid<WaterKind>,
-    /// Whether a vertex lies in the bed of a channel, wet or dry: what fills it is a dam.
+    /// True where a vertex lies in the bed of a channel, wet or dry: ground filled up there is a dam.
     pub bed: Grid<bool>,
-    /// Metres from the bed to the surface; 0 where it is dry.
+    /// Depth of the water in metres, from the bed to the surface; 0 where it is dry.
     pub depth_m: Grid<f32>,
-    /// Discharge in cubic metres a second of the channel at each vertex, also on the bars in its bed that lie dry; 0 off the
+    /// Discharge in cubic metres a second of the channel at each vertex, also on the dry bars in its bed; 0 off the
     /// channels.
     pub flow_m3s: Grid<f32>,
-    /// Metres of glacier; `None` where the relief has none.
+    /// Thickness of glacier ice in metres; `None` where the relief has no glaciers.
     pub ice_m: Option<Grid<f32>>,
 }
 
 impl Water {
-    /// An area without any, of a relief that has no glaciers.
+    /// Returns an area without water, of a relief without glaciers.
     pub(crate) fn none(area: Area) -> Water {
         Water {
             kind: Grid::filled(area, WaterKind::Dry),
@@ -43,10 +43,10 @@ impl Water {
 }
 
 impl Land {
-    /// Bytes of a vertex and of the water on it: four numbers, a kind, and whether it lies in a bed.
+    /// Bytes of a vertex with the water on it: four numbers, a kind, and whether it lies in a bed.
     pub const VERTEX_BYTES: u64 = (4 * size_of::<f32>() + size_of::<WaterKind>() + size_of::<bool>()) as u64;
 
-    /// The land of a part of the area, which must be within it.
+    /// Copies a part of the area, which must be within it.
     pub(crate) fn part(&self, area: Area) -> Land {
         let water = self.water.as_ref().map(|water| Water {
             kind: water.kind.part(area),
@@ -63,7 +63,7 @@ impl Land {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum WaterKind {
-    /// None.
+    /// No water.
     #[default]
     Dry,
     /// A river or a brook.
@@ -77,7 +77,7 @@ pub enum WaterKind {
 heap_bytes!(WaterKind);
 
 impl WaterKind {
-    /// Whether it is a lake or the sea, which roads keep out of.
+    /// True for a lake or the sea: roads keep out of both.
     pub fn is_open(self) -> bool {
         matches!(self, WaterKind::Lake | WaterKind::Sea)
     }

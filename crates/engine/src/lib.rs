@@ -1,7 +1,8 @@
-//! The engine of terrane: from a preset and a seed to the tiles, lines and features of a world, and places found among them.
+//! The engine of terrane: makes the tiles, lines and features of a world from a preset and a seed, and finds places in
+//! it.
 //!
-//! The crate `terrane` has these modules under its own name, and tells of all of them; use that. What only its parts need is public
-//! here without being there, and may change with any version.
+//! Use the crate `terrane` instead: it has these modules under its own name, and documents how they work together.
+//! Items that only terrane's own crates need are public here but not there, and may change with any version.
 
 pub mod error;
 pub mod area;

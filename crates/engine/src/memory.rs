@@ -1,4 +1,4 @@
-//! What has been computed, kept for a while: a cache of pure functions, which changes nothing but time.
+//! Memories: caches of pure functions. They change how long work takes, and nothing else.
 
 use std::collections::HashMap;
 use std::fmt::Debug;
@@ -9,16 +9,18 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use crate::{hash, stop};
 
-/// What a value takes beside its own place.
+/// The heap memory of a value, beside the bytes of the value itself.
 pub trait HeapBytes {
-    /// Bytes that the value holds on the heap. What several values share counts for each, so that sums are never short.
+    /// Returns the number of bytes that the value holds on the heap. Shared data counts for each value that shares it,
+    /// so sums are never too low.
     fn heap_bytes(&self) -> usize;
 
-    /// Gives back what the value holds without need, as vectors do that have grown.
+    /// Frees heap memory that the value does not need, such as the spare capacity of a vector.
     fn shrink(&mut self);
 }
 
-/// Says of a type which of its fields hold something on the heap: `heap_bytes!(Type: field, field)`, or none.
+/// Implements `HeapBytes` for a type, given the fields that hold something on the heap, if any:
+/// `heap_bytes!(Type: field, field)`.
 #[macro_export]
 macro_rules! heap_bytes {
     ($type:ty $(: $($field:ident),+)?) => {
@@ -90,7 +92,7 @@ impl<T: HeapBytes> HeapBytes for Arc<T> {
         COUNTS + size_of::<T>() + T::heap_bytes(self)
     }
 
-    /// What others share is left as it is.
+    /// Leaves data alone that others share.
     fn shrink(&mut self) {
         if let Some(own) = Arc::get_mut(self) {
             own.shrink();
@@ -108,50 +110,55 @@ impl HeapBytes for String {
     }
 }
 
-/// Bytes that an [`Arc`] keeps beside its value, to count who shares it.
+/// Bytes of the two reference counts that an [`Arc`] keeps beside its value.
 const COUNTS: usize = 2 * size_of::<usize>();
 
-/// Bytes that an allocator keeps beside a block, as a middle of what those of today do.
+/// Bytes that an allocator keeps beside a block: a typical value for current allocators.
 const BLOCK: usize = 8;
 
-/// How full a [`Memory`] is, in bytes.
+/// Memory use of a [`Memory`] in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Usage {
-    /// What is held now.
+    /// Bytes held at present.
     pub held: usize,
-    /// What is held at most.
+    /// Largest number of bytes that may be held.
     pub most: usize,
 }
 
-/// Bytes that any number of memories share, such as those of several worlds: together they hold no more than it has, and what was
-/// asked for the longest time ago is forgotten first, whichever of them holds it.
+/// A number of bytes that any number of memories share, such as those of several worlds. Together they hold no more
+/// than this; beyond it, the values that were last asked for the longest time ago are forgotten first, in whichever
+/// memory they are.
 ///
-/// What is under way counts when it is done, and what somebody still uses stays until then, so a little more may be held.
+/// A value counts once it has been computed, and a value in use stays until it is dropped, so slightly more may be
+/// held.
 #[derive(Debug)]
 pub struct Budget {
     bytes: usize,
-    /// Bytes that all memories hold.
+    /// Bytes that all memories hold together.
     held: AtomicUsize,
-    /// Bytes that they have taken since the beginning: what tells earlier from later.
+    /// Bytes that the memories have taken since the beginning: a clock that orders the times at which values were asked
+    /// for.
     taken: AtomicU64,
     members: Mutex<Vec<Weak<dyn Member>>>,
 }
 
-/// The part of a budget that is free after something was forgotten: the larger, the rarer all memories are looked through.
+/// Part of a budget, one over this, that is free after forgetting. The more is freed, the more rarely all memories are
+/// searched.
 const FREED: usize = 8;
 
 impl Budget {
-    /// A budget of so many bytes.
+    /// Returns a budget of so many bytes.
     pub fn new(bytes: usize) -> Arc<Budget> {
         Arc::new(Budget { bytes, held: AtomicUsize::new(0), taken: AtomicU64::new(0), members: Mutex::default() })
     }
 
-    /// What all memories hold now, and what they hold at most.
+    /// Returns how many bytes all memories hold together, and how many they may hold.
     pub fn usage(&self) -> Usage {
         Usage { held: self.held.load(Ordering::Relaxed), most: self.bytes }
     }
 
-    /// Counts what a memory holds now that held something else before; whether that makes too much.
+    /// Updates the count for a memory that held `before` bytes and holds `after`. Returns true if this exceeds the
+    /// budget.
     fn count(&self, before: usize, after: usize) -> bool {
         if after <= before {
             self.held.fetch_sub(before - after, Ordering::Relaxed);
@@ -162,7 +169,8 @@ impl Budget {
         self.held.fetch_add(more, Ordering::Relaxed) + more > self.bytes
     }
 
-    /// Forgets what is old, and, if that is not enough, what has grown old now, from what was asked for the longest time ago on.
+    /// Forgets old generations until enough is free, beginning with those last asked for the longest time ago. If this
+    /// does not suffice, makes the young generations old and goes on with them.
     fn forget(&self) {
         // A thread that finds too much waits for the one that forgets already. Otherwise it would take more and more while that one is
         // kept from running.
@@ -189,49 +197,52 @@ impl Budget {
     }
 }
 
-/// A memory, whatever it remembers.
+/// A memory, whatever the types of its keys and values.
 pub trait Remembers {
-    /// What it holds now, and what it holds at most.
+    /// Returns how many bytes the memory holds, and how many it may hold.
     fn usage(&self) -> Usage;
 
-    /// Makes the memory share a budget from now on, unless it shares one already.
+    /// Makes the memory share a budget from then on, unless it shares one already.
     fn share(&self, budget: &Arc<Budget>);
 }
 
-/// What a budget asks of a memory.
+/// The operations of a memory that a budget needs.
 trait Member: Debug + Send + Sync {
-    /// The shards that hold something old, and when that was asked for last, in bytes taken.
+    /// Returns the shards that have an old generation, each with the time at which this was last asked for, in bytes
+    /// taken by the budget.
     fn old(&self) -> Vec<(u64, usize)>;
 
-    /// Makes old what is young.
+    /// Makes the young generation of every shard old.
     fn grow_old(&self);
 
-    /// Forgets what is old in a shard.
+    /// Forgets the old generation of a shard.
     fn forget(&self, shard: usize);
 }
 
-/// Remembers the values of a pure function, as many as fit into some bytes: those that were asked for last.
+/// Remembers the values of a pure function: as many as fit into a number of bytes, those last asked for.
 ///
-/// A value is computed once even if several threads ask at a time; computing it must not ask for the same key again.
+/// A value is computed once even if several threads ask for it at the same time. Computing a value must not ask for its
+/// own key again.
 #[derive(Debug)]
 pub struct Memory<K, V>(Arc<Inner<K, V>>);
 
-/// What the owner of a memory and its budget both hold: the budget weakly, so that a memory is gone with its owner.
+/// The part that the owner of a memory and its budget share. The budget holds it weakly, so that a memory ends with its
+/// owner.
 #[derive(Debug)]
 struct Inner<K, V> {
     shards: Vec<Mutex<Shard<K, V>>>,
-    /// Bytes of a generation of a shard.
+    /// Bytes that one generation of a shard may hold.
     room: AtomicUsize,
-    /// What it shares with others.
+    /// The budget that the memory shares with others, if any.
     budget: OnceLock<Arc<Budget>>,
 }
 
-/// Hashes keys, which are a few numbers that nobody chooses to do harm: in a fraction of the time that the standard library
-/// takes so that nobody can.
+/// Hashes keys quickly. Keys are a few numbers that no attacker chooses, so the slower hash of the standard library,
+/// which withstands chosen keys, is not needed.
 #[derive(Debug, Default)]
 pub struct KeyHasher(u64);
 
-/// What makes a map hash its keys so.
+/// Builds a [`KeyHasher`] for each hash of a map.
 pub type HashKeys = BuildHasherDefault<KeyHasher>;
 
 impl Hasher for KeyHasher {
@@ -260,10 +271,11 @@ impl Hasher for KeyHasher {
     }
 }
 
-/// A value under way or done.
+/// A value that is being computed or has been computed.
 type Slot<V> = Arc<OnceLock<Arc<V>>>;
 
-/// Two generations: what is asked for is young; when the young are too large, they grow old and the old are forgotten.
+/// Two generations. A value that is asked for moves to the young one; when this grows too large, it becomes the old
+/// one, and the old one is forgotten.
 #[derive(Debug)]
 struct Shard<K, V> {
     young: Generation<K, V>,
@@ -272,10 +284,10 @@ struct Shard<K, V> {
 
 #[derive(Debug)]
 struct Generation<K, V> {
-    /// Each with its bytes.
+    /// The entries, each with its bytes.
     slots: HashMap<K, (Slot<V>, usize), HashKeys>,
     bytes: usize,
-    /// When something of it was asked for last, by the bytes that its budget had taken.
+    /// Time at which one of its values was last asked for, in bytes taken by the budget.
     asked: u64,
 }
 
@@ -286,15 +298,17 @@ impl<K, V> Default for Generation<K, V> {
 }
 
 impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
-    /// Bytes of an entry without what its value holds: its place in a table that is filled to two thirds in the middle,
-    /// its slot, and its value.
+    /// Bytes of an entry without the heap memory of its value: its place in a hash table, which is two thirds full on
+    /// average, its slot, and its value.
     const ENTRY_BYTES: usize = (size_of::<(K, (Slot<V>, usize))>() + 1) * 3 / 2
         + (COUNTS + size_of::<OnceLock<Arc<V>>>() + BLOCK)
         + (COUNTS + size_of::<V>() + BLOCK);
 
-    /// A memory that takes at most so many bytes, unless single values are so large that there is hardly room for one.
+    /// Returns a memory of at most so many bytes. It may hold more where a single value is about as large as its whole
+    /// room.
     pub fn new(bytes: usize) -> Memory<K, V> {
-        // So many threads can look up at once; a shard of a small memory would have room for too few values.
+        // The number of shards limits how many threads look up at once; shards of a small memory would hold too few
+        // values.
         let shards = (bytes >> 18).clamp(1, 16);
         let shard = || Mutex::new(Shard { young: Generation::default(), old: Generation::default() });
         Memory(Arc::new(Inner {
@@ -304,7 +318,7 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
         }))
     }
 
-    /// The same, which shares a budget with others, if there is one.
+    /// Returns a new memory that also shares a budget, if there is one.
     pub fn within(bytes: usize, budget: Option<&Arc<Budget>>) -> Memory<K, V>
     where
         Memory<K, V>: Remembers,
@@ -316,22 +330,22 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
         memory
     }
 
-    /// Makes room for so many bytes, if it has less.
+    /// Enlarges the memory to so many bytes, if it has less room.
     pub fn reserve(&self, bytes: usize) {
         self.0.room.fetch_max(bytes / (2 * self.0.shards.len()), Ordering::Relaxed);
     }
 
-    /// The value of `key`, which is made if it is not remembered.
+    /// Returns the value of `key`, computing it if it is not remembered.
     ///
-    /// What takes long asks for something all the time, so this is where most work is stopped: under no lock, and a value
-    /// whose making unwinds is not there for the next who asks.
+    /// Long work asks for values all the time, so most work is stopped here: while no lock is held. If computing a
+    /// value unwinds, nothing is stored, and the next thread that asks computes it.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         stop::check();
-        // By other bits than those by which the tables of the shards place it.
+        // The tables of the shards use the other bits of the hash.
         let shard = (HashKeys::default().hash_one(key) >> 32) as usize % self.0.shards.len();
         let room = self.0.room.load(Ordering::Relaxed);
         let slot = self.0.look_up(shard, |shard| shard.slot(key, Self::ENTRY_BYTES, room));
-        // Not under the lock: making one value may ask for others.
+        // The lock is released first, since computing one value may ask for others.
         let mut held = None;
         let value = slot.get_or_init(|| {
             let mut value = make();
@@ -358,7 +372,7 @@ where
 
     fn share(&self, budget: &Arc<Budget>) {
         self.0.budget.get_or_init(|| {
-            // Nobody else has it yet: a world is given its budget when it is made.
+            // Nothing else uses the memory yet: a world gets its budget when it is made.
             budget.count(0, self.usage().held);
             let member: Weak<Inner<K, V>> = Arc::downgrade(&self.0);
             budget.members.lock().unwrap_or_else(PoisonError::into_inner).push(member);
@@ -372,7 +386,7 @@ impl<K, V> Inner<K, V> {
         self.shards[shard].lock().expect("no thread panics while it looks up")
     }
 
-    /// Looks something up in a shard, and has the budget forget what is too much then.
+    /// Looks something up in a shard, and makes the budget forget values if it is exceeded.
     fn look_up<T>(&self, shard: usize, look: impl FnOnce(&mut Shard<K, V>) -> T) -> T {
         let budget = self.budget.get();
         let (found, is_too_much) = self.change(shard, |shard| {
@@ -382,14 +396,14 @@ impl<K, V> Inner<K, V> {
             }
             found
         });
-        // Under no lock: what is forgotten may lie in this shard.
+        // No lock is held here, since the values to forget may lie in this shard.
         if let Some(budget) = budget.filter(|_| is_too_much) {
             budget.forget();
         }
         found
     }
 
-    /// Changes what a shard holds; and whether the budget has more than its bytes by that.
+    /// Changes the contents of a shard. Also tells whether this exceeds the budget.
     fn change<T>(&self, shard: usize, change: impl FnOnce(&mut Shard<K, V>) -> T) -> (T, bool) {
         let mut shard = self.shard(shard);
         let before = shard.bytes();
@@ -417,7 +431,7 @@ where
     }
 
     fn forget(&self, shard: usize) {
-        // What is forgotten may take long to give back: that is done when the shard is free.
+        // Dropping a generation may take long, so it is dropped after the shard's lock is released.
         drop(self.change(shard, |shard| mem::take(&mut shard.old)));
     }
 }
@@ -437,14 +451,14 @@ impl<K, V> Shard<K, V> {
         self.young.bytes + self.old.bytes
     }
 
-    /// Makes old what is young; what was old is returned, and not remembered any more.
+    /// Makes the young generation old, and returns the former old one, which is forgotten.
     fn grow_old(&mut self) -> Generation<K, V> {
         mem::replace(&mut self.old, mem::take(&mut self.young))
     }
 }
 
 impl<K: Copy + Eq + Hash, V> Shard<K, V> {
-    /// The slot of a key, which is young from now on; a new one takes so many bytes.
+    /// Returns the slot of a key and makes it young; a new slot counts as so many bytes.
     fn slot(&mut self, key: K, bytes: usize, room: usize) -> Slot<V> {
         if let Some((slot, _)) = self.young.slots.get(&key) {
             return Arc::clone(slot);
@@ -454,7 +468,7 @@ impl<K: Copy + Eq + Hash, V> Shard<K, V> {
         slot
     }
 
-    /// Counts what a value has turned out to hold, unless it is forgotten already.
+    /// Adds the bytes of a value that has been computed, unless its entry is forgotten already.
     fn grow(&mut self, key: K, slot: &Slot<V>, more: usize, room: usize) {
         let held = self.young.remove(&key).or_else(|| self.old.remove(&key));
         if let Some((own, bytes)) = held {
@@ -514,7 +528,7 @@ mod tests {
         }
         assert_eq!(made.get(), 10_000);
         assert!(memory.usage().held > 1 << 19, "{} bytes are kept", memory.usage().held);
-        // A quarter of the bytes is room for two hundred of them.
+        // A quarter of the bytes has room for two hundred of the values.
         for key in 9_800..10_000 {
             get(key);
         }
@@ -523,7 +537,7 @@ mod tests {
         for key in (0..10_000).chain(0..10_000) {
             get(key);
         }
-        // Some of the first round were still there, all of the second were.
+        // Some values of the first round were still there, and all values of the second round.
         assert!((18_900..20_000).contains(&made.get()), "{}", made.get());
     }
 
@@ -540,7 +554,7 @@ mod tests {
     fn memories_share_a_budget_and_forget_what_was_asked_for_the_longest_time_ago() {
         const BYTES: usize = 1 << 20;
         let budget = Budget::new(BYTES);
-        // Each alone may hold more than all together.
+        // Each memory alone may hold more than the budget of all.
         let memories: Vec<Memory<u64, Vec<u64>>> = (0..4).map(|_| Memory::new(16 << 20)).collect();
         for memory in &memories {
             memory.share(&budget);
@@ -556,14 +570,14 @@ mod tests {
             assert!(usage.held <= usage.most && usage.most == BYTES, "{usage:?}");
             assert_eq!(usage.held, memories.iter().map(|memory| memory.usage().held).sum::<usize>());
         };
-        // One that nobody asks any more gives all of its room to one that is asked.
+        // A memory that is not asked any more gives up all of its room to one that is asked.
         (0..10_000).for_each(|key| get(0, key));
         let least = BYTES - BYTES / FREED - 2000;
         assert!(memories[0].usage().held > least, "{:?}", memories[0].usage());
         (0..10_000).for_each(|key| get(1, key));
         assert_eq!(memories[0].usage().held, 0);
         assert!(memories[1].usage().held > least, "{:?}", memories[1].usage());
-        // What is asked for all the time stays, whatever else is taken.
+        // Values that are asked for all the time stay, whatever else is stored.
         (0..100).for_each(|key| get(2, key));
         made.set(0);
         for key in 0..10_000 {
@@ -578,7 +592,7 @@ mod tests {
         let budget = Budget::new(1 << 20);
         let [one, other]: [Memory<u64, Vec<u64>>; 2] = [1 << 20, 1 << 20].map(Memory::new);
         one.get(1, || vec![1; 100]);
-        // It counts from then on, and once.
+        // A memory's bytes count from the moment it shares the budget, and only once.
         (0..2).for_each(|_| one.share(&budget));
         assert_eq!(budget.usage().held, one.usage().held);
         other.share(&budget);

@@ -1,32 +1,34 @@
-//! Names of settlements, rivers, lakes, peaks, valleys and ranges, put together from the syllables of a region's tongue.
+//! Names of settlements, rivers, lakes, peaks, valleys and ranges, put together from the syllables of a region's
+//! tongue.
 //!
-//! A name is a pure function of the seed, of the site cell that the thing lies in and of a number that tells things in
-//! one cell apart. The tongue changes from region to region, so that neighbours sound alike.
+//! A name is a pure function of the seed, of the site cell in which the named feature lies, and of a number that
+//! distinguishes the features of one cell. The tongue changes from region to region, so names of neighbours sound
+//! alike.
 
 use crate::hash::{self, Stream};
 use crate::lines::SiteId;
 
-/// The sounds of a tongue, and how it makes names of things.
+/// A tongue: the sounds of a language, and its patterns for names.
 struct Tongue {
-    /// What a syllable begins with.
+    /// Beginnings of syllables.
     onsets: &'static [&'static str],
-    /// Its middle.
+    /// Middles of syllables.
     nuclei: &'static [&'static str],
-    /// What the last syllable of a stem ends with.
+    /// Endings of the last syllable of a stem.
     codas: &'static [&'static str],
-    /// What stands between two syllables.
+    /// Letters between two syllables.
     links: &'static [&'static str],
-    /// Endings of settlements; an empty one leaves the stem alone.
+    /// Endings of settlements' names; an empty one leaves the stem alone.
     towns: &'static [&'static str],
-    /// Rivers; `*` is the stem with a capital, `+` the stem in small letters.
+    /// Patterns of rivers' names; `*` stands for the stem with a capital letter.
     rivers: &'static [&'static str],
-    /// Lakes, likewise.
+    /// Patterns of lakes' names, likewise.
     lakes: &'static [&'static str],
-    /// Peaks, likewise.
+    /// Patterns of peaks' names, likewise.
     peaks: &'static [&'static str],
-    /// Valleys, likewise.
+    /// Patterns of valleys' names, likewise.
     valleys: &'static [&'static str],
-    /// Mountain ranges, likewise.
+    /// Patterns of mountain ranges' names, likewise.
     ranges: &'static [&'static str],
 }
 
@@ -93,61 +95,62 @@ const TONGUES: [Tongue; 5] = [
     },
 ];
 
-/// Site cells a side of the squares of which each has a point where a tongue is at home.
+/// Side, in site cells, of the squares that each contain the home of one tongue.
 const HOME_CELLS: i64 = 10;
 
-/// Groups of letters that mean something else to an English reader.
+/// Groups of letters that an English reader would take for something else.
 const UNWELCOME: &[&str] = &[
     "anal", "anus", "ass", "bitch", "boob", "cock", "crap", "cum", "cunt", "damn", "dick", "fag", "fuck", "hell",
     "kill", "kkk", "kok", "nazi", "neg", "nig", "paki", "pee", "penis", "pis", "poo", "porn", "pric", "rape", "sex",
     "shit", "slut", "tard", "tit", "turd", "vag", "wank", "whor",
 ];
 
-/// The name of the settlement of a site cell.
+/// Returns the name of the settlement of a site cell.
 pub fn settlement(seed: u64, id: SiteId) -> String {
     named(seed, Stream::SettlementName, id, 0, |tongue, dice| {
         let ending = dice.pick(tongue.towns);
-        // A short stem carries an ending; without one it has two syllables.
+        // A stem with an ending is mostly short; a stem without one has two syllables.
         let long = ending.is_empty() || dice.below(4) == 0;
         capital(&joined(stem(tongue, dice, long), ending)) + ending
     })
 }
 
-/// The names of a world's things, by where they are.
+/// The names of a world's features, by their positions.
 #[derive(Clone, Debug)]
 pub struct Names {
     seed: u64,
-    /// Vertices a side of a site cell.
+    /// Side of a site cell in vertices.
     cell_side: i64,
 }
 
 impl Names {
-    /// The names of a world whose site cells have so many vertices a side.
+    /// Returns the names of a world whose site cells have so many vertices a side.
     pub fn new(seed: u64, cell_side: i64) -> Names {
         Names { seed, cell_side }
     }
 
-    /// The name of a river: one of those of the site cell that a vertex of it lies in, by the numbers of its id.
+    /// Returns the name of a river, made from the site cell of one of the river's vertices and from the numbers of its
+    /// id.
     pub fn river(&self, at: [i64; 2], id: &[i64]) -> String {
         river(self.seed, self.cell(at), number(id))
     }
 
-    /// The name of a lake, likewise.
+    /// Returns the name of a lake, likewise.
     pub fn lake(&self, at: [i64; 2], id: &[i64]) -> String {
         lake(self.seed, self.cell(at), number(id))
     }
 
-    /// The name of a peak, likewise.
+    /// Returns the name of a peak, likewise.
     pub fn peak(&self, at: [i64; 2], id: &[i64]) -> String {
         peak(self.seed, self.cell(at), number(id))
     }
 
-    /// The name of the valley of a river, which goes by the same as [the river's](Names::river).
+    /// Returns the name of a river's valley; its arguments are those of [the river's name](Names::river).
     pub fn valley(&self, at: [i64; 2], id: &[i64]) -> String {
         valley(self.seed, self.cell(at), number(id))
     }
 
-    /// The name of the mountain range of which a vertex is the highest.
+    /// Returns the name of a mountain range, given the position of its highest vertex.
     pub fn range(&self, at: [i64; 2]) -> String {
         range(self.seed, self.cell(at))
     }
@@ -158,13 +161,13 @@ impl Names {
     }
 }
 
-/// What tells things in one cell apart.
+/// Turns the numbers of an id into one that distinguishes the features of a cell.
 fn number(id: &[i64]) -> u64 {
     id.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
 }
 
-/// The name of a river: `cell` is the site cell of a place that belongs to it alone, its mouth, say, and `number` tells
-/// rivers of one cell apart.
+/// Returns the name of a river. `cell` is the site cell of a place that belongs to this river alone, such as its mouth,
+/// and `number` distinguishes the rivers of one cell.
 fn river(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, Stream::RiverName, cell, number, |tongue| tongue.rivers)
 }
@@ -179,12 +182,12 @@ fn peak(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, Stream::PeakName, cell, number, |tongue| tongue.peaks)
 }
 
-/// The name of the valley of a river: thrown by the same dice, it has the same stem.
+/// Returns the name of a river's valley. It uses the random numbers of the river, so both have the same stem.
 fn valley(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, Stream::RiverName, cell, number, |tongue| tongue.valleys)
 }
 
-/// The name of the mountain range whose highest ground lies in a site cell.
+/// Returns the name of the mountain range whose highest ground lies in a site cell.
 fn range(seed: u64, cell: SiteId) -> String {
     thing(seed, Stream::RangeName, cell, 0, |tongue| tongue.ranges)
 }
@@ -204,7 +207,7 @@ fn thing(
     })
 }
 
-/// The first name that `make` gives which means nothing else.
+/// Returns the first name made by `make` that contains no unwelcome group of letters.
 fn named(seed: u64, stream: Stream, cell: SiteId, number: u64, make: impl Fn(&Tongue, &mut Dice) -> String) -> String {
     let tongue = tongue(seed, cell);
     let mut dice = Dice { key: hash::mix(cell.hash(seed, stream) ^ hash::mix(number)), thrown: 0 };
@@ -217,7 +220,7 @@ fn named(seed: u64, stream: Stream, cell: SiteId, number: u64, make: impl Fn(&To
     }
 }
 
-/// The tongue that is spoken in a site cell: that of the nearest home.
+/// Returns the tongue spoken in a site cell: that of the nearest home.
 fn tongue(seed: u64, cell: SiteId) -> &'static Tongue {
     let square = (cell.i.div_euclid(HOME_CELLS), cell.j.div_euclid(HOME_CELLS));
     let homes = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (di, dj))).map(|(di, dj)| {
@@ -231,7 +234,7 @@ fn tongue(seed: u64, cell: SiteId) -> &'static Tongue {
     &TONGUES[((hash >> 32) % TONGUES.len() as u64) as usize]
 }
 
-/// A stem of one or two syllables.
+/// Returns a stem of one syllable, or of two if it is to be long.
 fn stem(tongue: &Tongue, dice: &mut Dice, long: bool) -> String {
     let mut stem = String::new();
     for _ in 0..=usize::from(long) {
@@ -240,7 +243,7 @@ fn stem(tongue: &Tongue, dice: &mut Dice, long: bool) -> String {
             stem.push_str(link);
         }
         let onset = match stem.chars().last() {
-            // Two clusters in a row are hard to say.
+            // Two clusters of consonants in a row are hard to say.
             Some(last) if !is_vowel(last) => &dice.pick(tongue.onsets)[..1],
             _ => dice.pick(tongue.onsets),
         };
@@ -251,7 +254,8 @@ fn stem(tongue: &Tongue, dice: &mut Dice, long: bool) -> String {
     stem
 }
 
-/// A stem without what cannot stand before its ending: two like letters, or a cluster before a consonant.
+/// Cuts letters from a stem that cannot stand before its ending: vowels before a vowel, and before a consonant the same
+/// letter or the end of a cluster.
 fn joined(mut stem: String, ending: &str) -> String {
     let Some(first) = ending.chars().next() else { return stem };
     let last = |stem: &str| stem.chars().last();
@@ -277,7 +281,7 @@ fn capital(word: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Hashes of one key, one after the other.
+/// A sequence of hashes of one key.
 struct Dice {
     key: u64,
     thrown: u64,
@@ -330,7 +334,7 @@ mod tests {
     fn a_valley_is_called_as_its_river_is() {
         let alike = (0..200).filter(|i| {
             let cell = SiteId { i: *i, j: 5 };
-            // Endings may take a letter of the stem, and names may begin with a word that says what they are.
+            // Endings may cut a letter of the stem, and names may begin with a word for the kind of feature.
             let stem =
                 |name: String| name.split(' ').map(|word| word[..word.len().min(3)].to_owned()).collect::<Vec<_>>();
             let valley = stem(valley(7, cell, 1));

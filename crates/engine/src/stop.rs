@@ -1,15 +1,16 @@
-//! Stopping: a request that ends all work of the process, wherever it is.
+//! Stopping: a request that ends all work of the process, whichever threads do it.
 //!
-//! Whoever stops does not know what runs, and a signal means the whole process: so there is one request for all threads. Loops
-//! that may run long look at it at each turn ([`check`]), and unwind when it is there, through locks, pools of threads and files
-//! under way, whose destructors leave nothing behind. No function says in its type that it can be stopped, and none forgets to
-//! hand it on. Where a command or a bake begins, [`catch`] makes an error of it.
+//! Whoever asks for a stop does not know what runs, and a signal concerns the whole process: so one request serves all
+//! threads. Loops that may run long look at the request at each turn ([`check`]), and unwind once there is one: through
+//! locks, thread pools and half-written files, whose destructors leave nothing behind. So no function needs a return
+//! type that says it can be stopped, and no caller can forget to pass the stop on. Where a command or a bake begins,
+//! [`catch`] turns the unwinding into an error.
 //!
-//! What is not wanted any more while the process goes on, such as a picture that somebody has scrolled away from, ends in the same
-//! way: it runs [within](Stopper::run) a [`Stopper`] of its own, on one thread.
+//! Work that has lost its purpose while the process goes on, such as drawing a picture that somebody has scrolled away
+//! from, ends in the same way: it runs [within](Stopper::run) a [`Stopper`] of its own, on one thread.
 //!
-//! The alternative is to return [`Error::Interrupted`] from all that takes time, down to the search of a road: most of what
-//! computes here has no other way to fail.
+//! The alternative would be to return [`Error::Interrupted`] from everything that takes time, down to the search of a
+//! road; most of those functions have no other way to fail.
 //!
 //! ```standalone_crate
 //! use std::{thread, time::Duration};
@@ -28,7 +29,7 @@
 //!     stop::request();
 //!     assert!(matches!(baker.join().unwrap(), Err(Error::Interrupted)));
 //! });
-//! // The world is as good as before.
+//! // The world can still be used, and makes the same tiles.
 //! stop::withdraw();
 //! let tile = Tile::new(&world, TileId { x: 0, y: 0 });
 //! let another = World::new(Preset::load("alps")?.1, None)?;
@@ -46,45 +47,45 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// Whether all work is to end.
+/// True if all work is to end.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// How many requests there are: that one, and those of stoppers. While there are none, to look costs a load and a branch.
+/// Number of requests: the one for all work, and those of stoppers. While it is 0, a check costs a load and a branch.
 static REQUESTS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// What stops this thread beside the request for all.
+    /// The stopper that can stop this thread, beside the request for all work.
     static STOPPER: RefCell<Option<Stopper>> = const { RefCell::new(None) };
 }
 
-/// Between two looks at the request while something is waited for.
+/// Interval between two looks at the request while waiting.
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
-/// What a stop unwinds with.
+/// The payload with which a stop unwinds.
 struct Stopped;
 
-/// Asks all work of the process to end: it does within a fraction of a second, and what is begun after that ends at once.
+/// Asks all work of the process to end. It ends within a fraction of a second, and work begun after that ends at once.
 pub fn request() {
     if !REQUESTED.swap(true, Ordering::Relaxed) {
         REQUESTS.fetch_add(1, Ordering::Relaxed);
     }
 }
 
-/// Lets work begin again, when all that was to end has ended.
+/// Lets work begin again, once all work that was to end has ended.
 pub fn withdraw() {
     if REQUESTED.swap(false, Ordering::Relaxed) {
         REQUESTS.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
-/// Whether all work is to end.
+/// Tells whether all work is to end.
 pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
-/// Unwinds when all work, or that of this thread's [`Stopper`], is to end: a load and a branch when not. While a thread unwinds
-/// already it does nothing, so that destructors can work. A lock that is held is poisoned: whoever finds it so checks as well, before
-/// it takes that for a panic.
+/// Unwinds if all work is to end, or that of this thread's [`Stopper`]; if not, it costs a load and a branch. It does
+/// nothing while the thread unwinds already, so that destructors can work. Locks that are held are poisoned: a thread
+/// that finds a poisoned lock has to call `check` too, before it takes the poison for a panic.
 #[inline]
 pub fn check() {
     if REQUESTS.load(Ordering::Relaxed) > 0 {
@@ -99,9 +100,9 @@ fn check_whose() {
     }
 }
 
-/// Ends some work of the process, and no other: what is not wanted any more.
+/// Ends one piece of work and leaves the rest of the process alone.
 ///
-/// What stopped work was making, and others wait for, they make themselves.
+/// If stopped work was computing a value for which other threads wait, they compute it themselves.
 #[derive(Clone, Debug, Default)]
 pub struct Stopper(Arc<Asked>);
 
@@ -124,15 +125,16 @@ impl Stopper {
         }
     }
 
-    /// Whether the work is to end.
+    /// Tells whether the work is to end.
     pub fn is_requested(&self) -> bool {
         self.0.0.load(Ordering::Relaxed)
     }
 
-    /// What `work` returns, which is done on this thread alone: other threads do not know of this stopper.
+    /// Runs `work` on this thread, where the stopper can stop it, and returns its result. Threads that `work` starts do
+    /// not know of the stopper.
     ///
     /// # Errors
-    /// Those of `work`, and [`Error::Interrupted`] when it was stopped.
+    /// The errors of `work`, and [`Error::Interrupted`] when it was stopped.
     pub fn run<T>(&self, work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
         let outer = STOPPER.replace(Some(self.clone()));
         let done = catch_unwind(AssertUnwindSafe(|| catch(work)));
@@ -144,20 +146,20 @@ impl Stopper {
 #[cold]
 fn unwind() {
     if !thread::panicking() {
-        // Not a panic: nothing is wrong, so nothing is said.
+        // Unwinds without a panic: nothing is wrong, so no message is printed.
         resume_unwind(Box::new(Stopped));
     }
 }
 
-/// What `work` returns, which cannot look at the request itself, such as an encoder that takes a whole picture at once: it has a
-/// thread of its own, which is left alone with it when all is to end.
+/// Runs work that cannot look at the request itself, such as an encoder that takes a whole picture at once, and returns
+/// its result. The work gets a thread of its own; when all work is to end, the thread is abandoned.
 pub fn wait_for<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
     let (done, result) = sync_channel(1);
     let work = Arc::new(Mutex::new(Some(work)));
     let take = |work: &Mutex<Option<_>>| work.lock().ok().and_then(|mut work| work.take());
     let theirs = work.clone();
     let begin = move || _ = take(&theirs).map(|work| done.send(work()));
-    // Where no more threads can be started it is done here, and cannot be left alone.
+    // If no more threads can be started, the work is done on this thread, and a stop has to wait for it.
     let Ok(thread) = thread::Builder::new().spawn(begin) else {
         return take(&work).expect("nobody else has begun it")();
     };
@@ -172,12 +174,13 @@ pub fn wait_for<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) ->
     }
 }
 
-/// What `work` returns. Any panic but a stop goes on.
+/// Runs `work` and returns its result, with a stop turned into an error. Any other panic goes on.
 ///
 /// # Errors
-/// Those of `work`, and [`Error::Interrupted`] when it was stopped.
+/// The errors of `work`, and [`Error::Interrupted`] when it was stopped.
 pub fn catch<T>(work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    // What a stop leaves half-made is owned by what unwinds, or is a cache whose values are whole or not there.
+    // Unwind safe: all that a stop leaves half-made is dropped by the unwinding, or is in a cache whose values are
+    // complete or missing.
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(result) => result,
         Err(payload) if payload.is::<Stopped>() => Err(Error::Interrupted),
@@ -214,7 +217,7 @@ mod tests {
         assert!(matches!(looks(&one, &one), Err(Error::Interrupted)));
         assert!(matches!(looks(&one, &one), Err(Error::Interrupted)), "it begins no work either");
         assert!(matches!(looks(&other, &one), Ok(())));
-        // Who stands outside does not unwind, and one within another ends alone.
+        // Code outside the stopper does not unwind, and an inner stopper does not stop an outer one.
         check();
         let outer = Stopper::default();
         let both = outer.run(|| {

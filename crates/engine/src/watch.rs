@@ -1,4 +1,4 @@
-//! What the world outside may know of long work while it runs.
+//! Progress of long work, for display while it runs.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -6,45 +6,46 @@ use std::time::{Duration, Instant};
 
 use crate::clock::Clock;
 
-/// How far a bake or a map is, and where its time goes: told by those who work, from any thread, and looked at by one who waits.
+/// Progress of a bake or a map, and where its time goes. Workers report it from any thread, and a waiting thread reads
+/// it.
 #[derive(Debug, Default)]
 pub struct Watch {
     stage: Mutex<Option<Stage>>,
     done: AtomicU64,
-    /// What is counted besides, for an earlier run has done it.
+    /// Number of things that an earlier run has done: they count as done, but not towards the rate.
     skipped: AtomicU64,
-    /// Where the time goes.
+    /// Processor time by stage.
     pub clock: Clock,
 }
 
-/// What is under way.
+/// The stage under way.
 #[derive(Clone, Copy, Debug)]
 struct Stage {
     name: &'static str,
     of: Option<(u64, &'static str)>,
-    /// When it began, and how many were done then.
+    /// When the stage began, and how many things were done by then.
     since: Instant,
     first: u64,
 }
 
-/// How far a stage is.
+/// Progress of a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// What is done, such as `planning roads`.
+    /// The stage's activity, such as `planning roads`.
     pub stage: &'static str,
-    /// How many things are done.
+    /// Number of things done.
     pub done: u64,
-    /// How many there are, and what they are, such as `tiles`; `None` where nothing is counted.
+    /// Number of things in all and their name, such as `tiles`; `None` where nothing is counted.
     pub of: Option<(u64, &'static str)>,
-    /// How many are done a second, since the stage began; `None` in its first second and where nothing is counted.
+    /// Things done per second since the stage began; `None` in its first second and where nothing is counted.
     pub rate: Option<f64>,
 }
 
-/// How long a stage must have lasted before its rate says anything.
+/// Least duration of a stage after which its rate means anything.
 const LEAST: Duration = Duration::from_secs(1);
 
 impl Watch {
-    /// Begins a stage, of which nothing is done: of so many things, if they are counted.
+    /// Begins a stage with nothing done, of so many things if they are counted.
     pub fn begin(&self, name: &'static str, of: Option<(u64, &'static str)>) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         self.done.store(0, Ordering::Relaxed);
@@ -52,24 +53,24 @@ impl Watch {
         *stage = Some(Stage { name, of, since: Instant::now(), first: 0 });
     }
 
-    /// Begins a stage that goes on to count what the one before it has counted, at a rate of its own.
+    /// Begins a stage that continues the count of the stage before it, at a rate of its own.
     pub fn go_on(&self, name: &'static str) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         let first = self.done.load(Ordering::Relaxed);
         *stage = Some(Stage { name, of: stage.and_then(|stage| stage.of), since: Instant::now(), first });
     }
 
-    /// Counts so many things as done. Returns how many were before.
+    /// Counts so many things as done. Returns how many were done before.
     pub fn add(&self, done: u64) -> u64 {
         self.done.fetch_add(done, Ordering::Relaxed)
     }
 
-    /// Counts so many things as done by an earlier run: they say nothing of how fast this one is.
+    /// Counts so many things as done by an earlier run: they do not enter the rate of this run.
     pub fn skip(&self, done: u64) {
         self.skipped.fetch_add(done, Ordering::Relaxed);
     }
 
-    /// How far the stage is that was begun last, if any was.
+    /// Returns the progress of the latest stage, or `None` before the first.
     pub fn progress(&self) -> Option<Progress> {
         let stage = self.stage.lock().expect("no thread panics while it names a stage");
         let Stage { name, of, since, first } = (*stage)?;
@@ -81,12 +82,12 @@ impl Watch {
 }
 
 impl Progress {
-    /// The part that is done, 0 to 1; `None` where nothing is counted.
+    /// Returns the share of things done, 0 to 1; `None` where nothing is counted.
     pub fn share(&self) -> Option<f64> {
         self.of.map(|(of, _)| self.done as f64 / of.max(1) as f64)
     }
 
-    /// Seconds until all is done at the stage's own rate; `None` while that is not known.
+    /// Returns the seconds until all is done at the stage's own rate; `None` while the rate is unknown or 0.
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0)?;
         self.of.map(|(of, _)| of.saturating_sub(self.done) as f64 / rate)
@@ -122,7 +123,7 @@ mod tests {
         assert_eq!((begun.share(), begun.rate, begun.seconds_left()), (Some(0.25), None, None));
         assert_eq!(Progress { rate: Some(0.0), ..begun }.seconds_left(), None);
         assert_eq!(Progress { rate: Some(0.5), ..begun }.seconds_left(), Some(12.0));
-        // What was done before the stage began is no part of its rate, nor what an earlier run has done.
+        // Neither the things done before the stage began nor those of an earlier run enter its rate.
         watch.skip(3);
         let mut stage = watch.stage.lock().unwrap();
         let long_ago = stage.unwrap().since.checked_sub(Duration::from_secs(10));

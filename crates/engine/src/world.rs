@@ -1,4 +1,4 @@
-//! A preset as understood: checked, seeded, with every range proved and every pad added up.
+//! Worlds: checked presets with a seed, from which any tile can be made.
 
 use std::sync::Arc;
 
@@ -19,12 +19,12 @@ use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::relief::{NoiseRelief, Relief};
 
-/// A world, ready to be baked: any tile of it is a pure function of this and the tile's place.
+/// A world, ready to be baked: each of its tiles is a pure function of the world and of the tile's place.
 #[derive(Debug)]
 pub struct World {
     preset: Preset,
     seed: u64,
-    /// The seed of all that is left to chance: the world's seed with the preset's country mixed in.
+    /// The seed of every random choice: the world's seed with the preset's country mixed in.
     chance: u64,
     stride: Stride,
     tile_cells: u32,
@@ -37,21 +37,22 @@ pub struct World {
 }
 
 impl World {
-    /// The world of a preset, with the preset's own seed unless another is given.
+    /// Makes the world of a preset, with the preset's own seed unless another is given.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range.
+    /// When the preset has an error, such as a value out of its range.
     pub fn new(preset: Preset, seed: Option<u64>) -> Result<World, Error> {
         World::strided(preset, seed, Stride::ONE)
     }
 
-    /// The same world at the nodes of a stride: tiles, areas and lines are counted in nodes, and spacing is from one to the next.
+    /// Makes the world of a preset at the nodes of a stride. Tiles, areas and lines are counted in nodes, and the
+    /// spacing is the distance from one node to the next.
     ///
-    /// What nodes do not show is there in the mean; from two vertices on there are no settlements, no roads, and none of the
-    /// lines of agents.
+    /// Detail too small for the nodes enters as its mean. Strides of two vertices and more have no settlements, no
+    /// roads, and no lines of agents.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range.
+    /// When the preset has an error, such as a value out of its range.
     pub fn strided(mut preset: Preset, seed: Option<u64>, stride: Stride) -> Result<World, Error> {
         preset.fill_defaults();
         preset.check()?;
@@ -65,14 +66,15 @@ impl World {
         Ok(World::grown(preset, seed, stride, fluvial, places, names))
     }
 
-    /// The same world at the nodes of another stride, with the preset's tiles. Both know the channels that either has found, and have
-    /// one memory for them.
+    /// Returns the same world at the nodes of another stride, with the tile size of the preset. The two worlds share
+    /// one memory of channels, so each knows the channels that the other has found.
     #[must_use]
     pub fn at_stride(&self, stride: Stride) -> World {
         self.regrown(stride, |fluvial| fluvial)
     }
 
-    /// The same for a picture that is there soon and not for long: land of rivers is coarser than it is at those nodes.
+    /// Does the same as [`World::at_stride`], for a picture that has to be ready soon and is replaced later: fluvial
+    /// land is coarser than its nodes could show.
     #[must_use]
     pub fn sketch_at_stride(&self, stride: Stride) -> World {
         self.regrown(stride, Fluvial::sketched)
@@ -90,13 +92,13 @@ impl World {
         }
     }
 
-    /// The settlements and roads that a preset has, if it has any.
+    /// Returns the settlements and roads of a preset, if it has any.
     fn settled(preset: &Preset, chance: u64) -> Result<Option<Places>, Error> {
         let settle = |settings| Places::new(settings, preset.spacing_m, chance);
         preset.places.as_ref().map(settle).transpose()
     }
 
-    /// The world of a checked preset at the nodes of a stride, with what makes its land if water does.
+    /// Builds the world of a checked preset at the nodes of a stride, given its fluvial relief if it has one.
     fn grown(
         preset: Preset,
         seed: u64,
@@ -133,12 +135,12 @@ impl World {
         }
     }
 
-    /// What is allowed in the recipe and probably not meant, a sentence each.
+    /// Returns warnings about settings that are allowed but probably not meant, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let ((min_m, max_m), preset) = (self.height_range_m(), &self.preset);
         let Some(sea_m) = preset.sea_level_m else { return Vec::new() };
         let sentence = match &preset.fluvial {
-            // The land's ceiling is a height, and does not sink with the sea.
+            // The land's ceiling is a height above 0 m, which does not sink with the sea.
             Some(fluvial) if sea_m < -fluvial.ceiling_m => format!(
                 "the sea at {sea_m} m lies so far below ceiling_m = {} that heights of 16 bits are {:.2} m apart; a higher \
                  sea_level_m wastes less",
@@ -154,61 +156,63 @@ impl World {
         vec![sentence]
     }
 
-    /// The recipe, with every default filled in.
+    /// Returns the preset, with every default filled in.
     pub fn preset(&self) -> &Preset {
         &self.preset
     }
 
-    /// The seed in use, as it was given: what is told of the world.
+    /// Returns the seed in use as it was given, for display.
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// The seed of all that is left to chance, which every [stream](crate::hash::stream) is of: [`Preset::chance`].
+    /// Returns the seed of every random choice, from which all [streams](crate::hash::stream) are derived:
+    /// [`Preset::chance`].
     pub fn chance(&self) -> u64 {
         self.chance
     }
 
-    /// Vertices from a node to the next.
+    /// Returns the stride of the world's nodes: 1 if they are all vertices.
     pub fn stride(&self) -> Stride {
         self.stride
     }
 
-    /// Metres between neighbouring nodes: the preset's spacing, times the stride.
+    /// Returns the metres between neighbouring nodes: the preset's spacing, times the stride.
     pub fn spacing_m(&self) -> f64 {
         self.preset.spacing_m * self.stride.vertices() as f64
     }
 
-    /// Cells a tile side.
+    /// Returns the number of cells a tile side.
     pub fn tile_cells(&self) -> u32 {
         self.tile_cells
     }
 
-    /// The same world in tiles of so many cells a side.
+    /// Returns the same world with tiles of so many cells a side.
     #[must_use]
     pub fn with_tile_cells(self, tile_cells: u32) -> World {
         World { tile_cells, ..self }
     }
 
-    /// The same world, which remembers no more than a budget has, together with all else that shares it: so do the worlds at other
-    /// strides that are made of it. What is forgotten is made again, and is the same.
+    /// Returns the same world with its memories limited by a budget, which others may share. The worlds at other
+    /// strides that are made from it share the budget too. Values that are forgotten are computed again, with the same
+    /// result.
     #[must_use]
     pub fn within(self, budget: &Arc<Budget>) -> World {
         self.memories().into_iter().for_each(|memory| memory.share(budget));
         World { budget: Some(Arc::clone(budget)), ..self }
     }
 
-    /// The budget of what it remembers, if it shares one.
+    /// Returns the budget that limits this world's memories, if it shares one.
     pub fn budget(&self) -> Option<&Arc<Budget>> {
         self.budget.as_ref()
     }
 
-    /// What makes its heights: noise, or rivers and the land between them.
+    /// Returns the relief, the source of the heights: noise, or fluvial with rivers and the land between them.
     pub fn relief(&self) -> &Relief {
         &self.relief
     }
 
-    /// All rivers and roads that lie on `area` or may have an effect on a vertex of it, whole, sorted by id.
+    /// Returns all rivers and roads that lie on `area` or may affect one of its vertices, each whole, sorted by id.
     pub fn lines(&self, area: &Area) -> Lines {
         let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area) };
         let mut lines = land.rivers(area);
@@ -217,7 +221,8 @@ impl World {
         lines
     }
 
-    /// All lines of a kind of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    /// Returns all lines of a kind that touch the rectangle spanned by the outer vertices of an area, each whole,
+    /// sorted by id.
     pub fn lines_through(&self, kind: LineKind, area: &Area) -> Lines {
         let mut lines = match (self.relief.fluvial(), kind) {
             (Some(land), LineKind::River) => return land.rivers(area),
@@ -228,98 +233,101 @@ impl World {
         lines
     }
 
-    /// All lakes of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    /// Returns all lakes of a fluvial world that touch `area`, each whole, sorted by id.
     pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
         self.wide_lakes(area, 0.0)
     }
 
-    /// Those of them that are of levels on which some are so many metres wide to each side of their middle: for much less work where
-    /// most are narrow.
+    /// Returns the same lakes, but only of the levels on which some are at least so wide: `least_half_width_m` is half
+    /// the width in metres. Where most lakes are narrow this saves most of the work.
     pub fn wide_lakes(&self, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
         self.fluvial(|fluvial| self.landforms.lakes(fluvial, area, least_half_width_m))
     }
 
-    /// All pieces of coast of a fluvial world of which a part lies in `area`, whole, sorted by id.
+    /// Returns all pieces of coast of a fluvial world that touch `area`, each whole, sorted by id.
     pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
         self.fluvial(|fluvial| self.landforms.coasts(fluvial, area))
     }
 
-    /// All peaks of a fluvial world on vertices of `area`, sorted by id.
+    /// Returns all peaks of a fluvial world on vertices of `area`, sorted by id.
     pub fn peaks(&self, area: &Area) -> Vec<Peak> {
         self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
     }
 
-    /// The lake of an id, if there is one.
+    /// Returns the lake of an id, if there is one.
     pub fn lake(&self, id: LakeId) -> Option<Arc<Lake>> {
         self.relief.fluvial().and_then(|fluvial| self.landforms.lake(fluvial, id))
     }
 
-    /// The rivers of the course that begins in a channel, from its spring to what it ends in; none if no course begins there.
+    /// Returns the rivers of the course that begins in a channel, from its spring to its end; none if no course begins
+    /// there.
     pub fn rivers_from(&self, top: ChannelId) -> Lines {
         self.relief.fluvial().map_or_else(Lines::new, |fluvial| fluvial.rivers_from(top))
     }
 
-    /// The peak of a cell, if it has one.
+    /// Returns the peak of a cell, if it has one.
     pub fn peak(&self, cell: (i64, i64)) -> Option<Peak> {
         self.relief.fluvial().and_then(|fluvial| self.landforms.peak(fluvial, cell))
     }
 
-    /// The peak above a vertex of a fluvial world, if there is one not far from it: one of [all](World::peaks).
+    /// Returns the peak of the high ground around a vertex of a fluvial world, if one is near. It is one of
+    /// [all](World::peaks).
     pub fn peak_above(&self, at: [i64; 2]) -> Option<Peak> {
         self.relief.fluvial().and_then(|fluvial| self.landforms.peak_above(fluvial, at))
     }
 
-    /// What `find` finds in fluvial land; nothing in a world of noise.
+    /// Returns the results of `find` in fluvial land, or nothing in a world of noise.
     fn fluvial<T>(&self, find: impl FnOnce(&Fluvial) -> Vec<T>) -> Vec<T> {
         self.relief.fluvial().map_or_else(Vec::new, find)
     }
 
-    /// All settlements that stand on a vertex of `area`, sorted by id; none in a world without places.
+    /// Returns all settlements on vertices of `area`, sorted by id; none in a world without places.
     pub fn sites(&self, area: &Area) -> Vec<Arc<Site>> {
         let settled = self.places.as_ref().zip(self.relief.fluvial());
         settled.map_or_else(Vec::new, |(places, land)| places.sites(land, area))
     }
 
-    /// The settlement of a site cell, if it has one; none in a world without places.
+    /// Returns the settlement of a site cell, if it has one; none in a world without places.
     pub fn site(&self, id: SiteId) -> Option<Arc<Site>> {
         let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
         places.site(land, id)
     }
 
-    /// The first town of a square of so many site cells, by its column and row, if it has one; none in a world without places.
+    /// Returns the first town of a square of `side` x `side` site cells, given by its column and row among such
+    /// squares, if it has one; none in a world without places.
     pub fn chief_site(&self, square: [i64; 2], side: i64) -> Option<Arc<Site>> {
         let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
         places.chief(land, square, side)
     }
 
-    /// Settlements and roads of this world, and what is remembered of them.
+    /// Returns the settlements and roads of this world, and the memories of both.
     pub fn places(&self) -> Option<&Places> {
         self.places.as_ref()
     }
 
-    /// What things of this world are called; none in a world without places.
+    /// Returns the names of this world's features; none in a world without places.
     pub fn names(&self) -> Option<&Names> {
         self.names.as_ref()
     }
 
-    /// Remembers as much as a region of so many columns needs to be baked row by row.
+    /// Enlarges the memories to what it takes to bake a region of so many columns row by row.
     pub fn prepare_for(&self, cols: u64) {
         self.agents.prepare_for(cols);
     }
 
-    /// Bytes that this world remembers at most of what it has planned and made, while a region of so many columns is
+    /// Returns the largest number of bytes that this world's memories may hold while a region of so many columns is
     /// baked.
     pub fn memory_bytes(&self, cols: u64) -> u64 {
         self.prepare_for(cols);
         self.usages().iter().map(|usage| usage.most as u64).sum()
     }
 
-    /// Bytes that this world remembers now.
+    /// Returns the number of bytes that this world's memories hold.
     pub fn remembered_bytes(&self) -> u64 {
         self.usages().iter().map(|usage| usage.held as u64).sum()
     }
 
-    /// How full the memories of all stages are.
+    /// Returns the memory use of each memory, of all stages.
     pub fn usages(&self) -> Vec<Usage> {
         self.memories().into_iter().map(Remembers::usage).collect()
     }
@@ -332,9 +340,9 @@ impl World {
         [relief, self.agents.memories(), places, features].concat()
     }
 
-    /// Vertices around an area that are planned to make it, about.
+    /// Returns the approximate number of vertices around an area that are planned in order to make the area.
     pub fn planned_around(&self) -> i64 {
-        // What lies around asks in turn for what lies around it: measured on bakes of 1 x 1 to 16 x 16 tiles of alps.
+        // The surroundings ask in turn for their own surroundings: measured on bakes of 1 x 1 to 16 x 16 tiles of alps.
         const IN_TURN: f64 = 1.25;
         let trunks =
             self.relief.fluvial().map_or(0, |fluvial| 2 * fluvial.fields().side(0) / GRAINS / self.stride.vertices());
@@ -342,8 +350,8 @@ impl World {
         ((IN_TURN * trunks.max(places) as f64) as i64).max(self.agents.reach())
     }
 
-    /// Vertices around an area for which as much must be planned as for as many in it: further away less and less is, and roads, which
-    /// take longest, lead to the next settlement.
+    /// Returns the number of vertices around an area that need as much planning as the area itself. Further away less
+    /// and less is planned. Roads take longest, and they lead only to the next settlement.
     pub fn planned_whole_around(&self) -> i64 {
         // Measured on shards of 2 x 2 to 16 x 16 tiles of alps.
         const SITES: f64 = 1.2;
@@ -353,12 +361,13 @@ impl World {
         }
     }
 
-    /// Bounds that no height of this world can leave: (lowest, highest) in metres. 16-bit heights are encoded in them.
+    /// Returns bounds in metres, (lowest, highest), that no height of this world can leave. 16-bit heights are encoded
+    /// in this range.
     ///
-    /// They are those of the relief, less the depth to which rivers cut into its lowest ground.
+    /// The bounds are those of the relief, less the depth to which rivers cut into its lowest ground.
     pub fn height_range_m(&self) -> (f32, f32) {
         let (min_m, max_m) = self.relief.range_m();
-        // A river's floor lies at most its depth below some height; a thousandth more is for rounding.
+        // A river's floor lies at most its depth below some height of the land; a thousandth more allows for rounding.
         let depth_m = self.preset.rivers.as_ref().map_or(0.0, |rivers| rivers.depth_m[1] * 1.001);
         (min_m - depth_m as f32, max_m)
     }

@@ -1,25 +1,26 @@
-//! The lines that agents leave: smooth ones, with width and floor, along the nodes of their traces.
+//! Lines made of the agents' traces: smooth, with width and floor.
 
 use crate::agents::search::Node;
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::lines::{self, Bed, Line, LineEnd, LineId, LineKind, LinePoint};
 
-/// How much of the depth of a river's bed is water.
+/// Share of the depth of a river's bed that is filled with water.
 const FILLED: f32 = 0.75;
 
-/// Nodes to each side that are averaged into a point: what makes a line of the search's staircase.
+/// Number of nodes on each side over which positions are averaged. This smooths the staircase of the search into a
+/// line.
 const SMOOTHING: usize = 5;
 
-/// Nodes from a point to the next: about as long as a bed is wide.
+/// Number of nodes from a point to the next: about the width of a bed.
 const NODES_A_POINT: usize = 3;
 
-/// The river along the nodes of a trace and the heights of the un-carved ground there.
+/// Makes the river along the nodes of a trace; `heights_m` are the heights of the un-carved ground there.
 ///
-/// `before_cells` is how far the river has come when it reaches the first node, and `reach_cells` how far it can come at
-/// all: width and depth grow from source to there.
+/// `before_cells` is the length of the river upstream of the first node, and `reach_cells` the longest way that it can
+/// take. Width and depth grow from the source to that length.
 ///
 /// # Panics
-/// When there are no nodes, or not as many heights.
+/// When there are no nodes, or the number of heights differs.
 pub fn river(
     id: LineId,
     nodes: &[Node],
@@ -32,14 +33,14 @@ pub fn river(
     let grown = |[source, end]: [f64; 2], step: usize| {
         source as f32 + (end - source) as f32 * ((before_cells + step as f32) / reach_cells).min(1.0)
     };
-    // The banks never rise.
+    // The banks never rise downstream.
     let lower = |lowest_m: &mut f32, height_m: &f32| {
         *lowest_m = lowest_m.min(*height_m);
         Some(*lowest_m)
     };
     let banks_m: Vec<f32> = heights_m.iter().scan(f32::INFINITY, lower).collect();
     let point = |step: usize, place: [f64; 2]| {
-        // The bed lies below them, deeper and deeper.
+        // The floor lies below the banks, with a depth that grows downstream.
         let depth_m = grown(agents.depth_m, step);
         LinePoint {
             place,
@@ -52,15 +53,16 @@ pub fn river(
     along(id, LineKind::River, nodes, point, Bed::Dug { bank_m: agents.bank_m }, spacing_m)
 }
 
-/// The road along the nodes of a trace, any number of vertices apart, and the heights of the ground there.
+/// Makes the road along the nodes of a trace, which may be any number of vertices apart; `heights_m` are the heights of
+/// the ground there.
 ///
 /// # Panics
-/// When there are no nodes, or not as many heights.
+/// When there are no nodes, or the number of heights differs.
 pub fn road(id: LineId, nodes: &[Node], heights_m: &[f32], agents: &RoadAgents, spacing_m: f64) -> Line {
     assert_eq!(nodes.len(), heights_m.len(), "a height belongs to each node");
     let last = nodes.len() - 1;
     let steps = agents.step_cells as usize;
-    // One node a vertex, as rivers have it, so that both are smoothed alike.
+    // Adds nodes until they are one vertex apart as in rivers, so that both are smoothed alike.
     let (mut fine, mut levels_m) = (Vec::new(), Vec::new());
     for (index, &(x, y)) in nodes.iter().enumerate() {
         let (next, next_m) = (nodes[(index + 1).min(last)], heights_m[(index + 1).min(last)]);
@@ -79,7 +81,7 @@ pub fn road(id: LineId, nodes: &[Node], heights_m: &[f32], agents: &RoadAgents, 
     along(id, LineKind::Road, &fine, point, bed, spacing_m)
 }
 
-/// The line along nodes that are a vertex apart, smoothed; its ends stay where they are.
+/// Makes a smoothed line along nodes that are one vertex apart. The ends keep their places.
 fn along(
     id: LineId,
     kind: LineKind,
@@ -116,7 +118,7 @@ fn along(
     }
 }
 
-/// This river with a pond at its end, so many times as wide.
+/// Adds a pond at the end of a river, `widths` times as wide as the river there.
 pub(super) fn with_pond(mut river: Line, widths: f32) -> Line {
     let end = river.points[river.points.len() - 1];
     river.points.push(LinePoint { half_width_m: f64::from(end.half_width_m as f32 * widths), ..end });
@@ -125,7 +127,7 @@ pub(super) fn with_pond(mut river: Line, widths: f32) -> Line {
     river
 }
 
-/// Vertices from the middle of a line to the end of its effect, at most.
+/// Returns the largest distance in vertices from the middle of a line at which it has an effect.
 fn reach(points: &[LinePoint], bed: Bed, spacing_m: f64) -> f64 {
     let bank_m = match bed {
         Bed::Dug { bank_m } | Bed::Built { bank_m } => bank_m,
@@ -185,7 +187,7 @@ mod tests {
                     let [east, south] = line.place_from([x, y], point);
                     (east * east + south * south).sqrt()
                 });
-                // The middle line passes between two points at most 2 vertices from the nearer one.
+                // The line between two points is at most 2 vertices away from the nearer point.
                 if distance.fold(f64::INFINITY, f64::min) > reach_m + 2.0 {
                     let grids =
                         imprint.sand().into_iter().chain(imprint.dirt()).chain(imprint.dug().map(|dug| &dug.water));

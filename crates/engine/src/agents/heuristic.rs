@@ -1,12 +1,13 @@
-//! What rivers and roads look for.
+//! Heuristics of the search: the costs by which rivers and roads choose their way.
 //!
-//! Based on: Grelsson (2014), sections 4.2 and 4.1. The thesis names the terms; their weights are the preset's.
+//! Based on: Grelsson (2014), sections 4.2 and 4.1. The thesis names the terms of the costs; the weights come from the
+//! preset.
 
 use crate::agents::search::{Heuristic, Node};
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::agents::{Direction, Terrain};
 
-/// A river goes down, and where it can choose, in its direction.
+/// A river prefers to go downhill, and on equal ground in its assigned direction.
 pub struct RiverHeuristic<'a, G> {
     ground: &'a mut G,
     agents: &'a RiverAgents,
@@ -15,13 +16,13 @@ pub struct RiverHeuristic<'a, G> {
 }
 
 impl<'a, G: Terrain> RiverHeuristic<'a, G> {
-    /// The heuristic of a river that starts at `start`.
+    /// Creates the heuristic of a river that starts at `start`.
     pub fn new(ground: &'a mut G, agents: &'a RiverAgents, direction: Direction, start: Node) -> Self {
         let lowest_m = ground.height_m(start);
         RiverHeuristic::resumed(ground, agents, direction, lowest_m)
     }
 
-    /// The heuristic of a river that goes on: `lowest_m` is the lowest ground that it has come through.
+    /// Creates the heuristic of a river that continues; `lowest_m` is the lowest ground that it has passed.
     pub fn resumed(ground: &'a mut G, agents: &'a RiverAgents, direction: Direction, lowest_m: f32) -> Self {
         RiverHeuristic { ground, agents, direction, lowest_m }
     }
@@ -38,7 +39,8 @@ impl<G: Terrain> Heuristic for RiverHeuristic<'_, G> {
         Some(self.agents.height_weight as f32 * rise_m - self.agents.direction_weight as f32 * along)
     }
 
-    /// Too far uphill is measured from the lowest point so far: a bed is dug through a bump, not through a mountain.
+    /// Climbing is measured from the lowest ground so far: a river digs its bed through a bump, but not through a
+    /// mountain.
     fn refuses(&mut self, _from: Node, to: Node) -> bool {
         let height_m = self.ground.height_m(to);
         let refused = height_m > self.lowest_m + self.agents.max_climb_m as f32;
@@ -47,10 +49,12 @@ impl<G: Terrain> Heuristic for RiverHeuristic<'_, G> {
     }
 }
 
-/// A road goes in its direction, and where it can choose, over level ground; never back, and never where it is too steep.
+/// A road prefers its assigned direction, and level ground. It never turns back, and never enters ground that is too
+/// steep.
 ///
-/// The thesis has no such limit. As a rule that stops the road it would end half of the roads of mountains at their first
-/// step, so it closes the way instead: a road goes around, and ends where all ways on are too steep.
+/// The thesis has no limit of steepness. If too steep ground ended a road, half of the roads in mountains would end at
+/// their first step. So such ground is closed to roads instead: a road goes around it, and ends where every way on is
+/// too steep.
 pub struct RoadHeuristic<'a, G> {
     ground: &'a mut G,
     agents: &'a RoadAgents,
@@ -58,7 +62,7 @@ pub struct RoadHeuristic<'a, G> {
 }
 
 impl<'a, G: Terrain> RoadHeuristic<'a, G> {
-    /// The heuristic of a road.
+    /// Creates the heuristic of a road.
     pub fn new(ground: &'a mut G, agents: &'a RoadAgents, direction: Direction) -> Self {
         RoadHeuristic { ground, agents, direction }
     }

@@ -1,11 +1,11 @@
 //! The thesis' agents: rivers and roads by greedy search over the vertex lattice.
 //!
-//! There are two kinds of tale about the same agents. The **order-free** ones ([`order_free`]), which a bake uses, belong to
-//! the tile whose hash starts them; their way is a pure function of the world and that tile, over un-carved ground, and
-//! every tile that it touches carves it. The **classic** ones ([`walker`](crate::walker)) are those of the thesis: they wait at the edge
-//! of what is made, go on when a walker comes there, and are cut off by tiles that stand. What they look like depends
-//! on where the walker came from, so they cannot keep the promise of one world; that is what the order-free ones are
-//! for. Both share the search, the heuristics and the carving.
+//! The same agents come in two versions. The **order-free** agents ([`order_free`]) are used by a bake. Each belongs to
+//! the tile whose hash starts it. Its way is a pure function of the world and that tile, over un-carved ground, and
+//! every tile that it touches carves it. The **classic** agents ([`walker`](crate::walker)) are those of the thesis:
+//! they wait at the edge of the existing tiles, go on when a walker comes there, and end at tiles that exist already.
+//! Their shape depends on the walker's route, so one seed does not always give the same world, as the order-free agents
+//! do. Both versions share the search, the heuristics and the carving.
 
 pub mod bed;
 pub mod search;
@@ -18,20 +18,20 @@ use crate::agents::search::Node;
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// Cells from a tile's edge within which no river starts: a slope is highest at the edge of a tile, where a river would
-/// begin on its border. In small tiles it is an eighth of the side.
+/// Width in cells of the margin along a tile's edges in which no river starts: the highest vertex of a slope lies on
+/// the tile's edge, so rivers would begin on the border. In small tiles the margin is an eighth of the side.
 const MARGIN_CELLS: u32 = 12;
 
-/// The cells of [`MARGIN_CELLS`] in tiles of so many cells a side.
+/// Returns the margin of [`MARGIN_CELLS`] for tiles with this many cells per side.
 pub(crate) fn margin_cells(tile_cells: u32) -> i64 {
     // In the smallest tiles agents still need room to turn.
     MARGIN_CELLS.min(tile_cells / 8) as i64
 }
 
-/// The highest vertex of a tile's ground beyond so many cells of margin, where its river starts; of several the first, row
-/// by row.
+/// Returns the highest vertex of a tile outside the margin, where its river starts; if several are equally high, the
+/// first, row by row.
 pub(crate) fn highest(heights: &Grid<f32>, tile: Area, margin_cells: i64) -> Node {
-    // The margin is an eighth at most, so something is left.
+    // The margin is at most an eighth of the side, so the remaining area is never empty.
     let (x0, x1) = (tile.x0 + margin_cells, tile.x1 - margin_cells);
     let mut highest = (f32::NEG_INFINITY, (x0, tile.y0 + margin_cells));
     for y in tile.y0 + margin_cells..tile.y1 - margin_cells {
@@ -58,10 +58,10 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// All four, clockwise from north.
+    /// All four directions, clockwise from north.
     pub const ALL: [Direction; 4] = [Direction::North, Direction::East, Direction::South, Direction::West];
 
-    /// The step to the next vertex: (east, south).
+    /// Returns the step to the next vertex as (east, south).
     pub fn step(self) -> (i64, i64) {
         match self {
             Direction::North => (0, -1),
@@ -71,7 +71,7 @@ impl Direction {
         }
     }
 
-    /// The name, in small letters.
+    /// Returns the name in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Direction::North => "north",
@@ -81,27 +81,27 @@ impl Direction {
         }
     }
 
-    /// The direction back.
+    /// Returns the opposite direction.
     #[must_use]
     pub fn opposite(self) -> Direction {
         Direction::ALL[(self as usize + 2) % 4]
     }
 
-    /// 1 for the same direction, -1 for the opposite one, 0 across.
+    /// Returns 1 for the same direction, -1 for the opposite one and 0 for a perpendicular one.
     pub fn along(self, other: Direction) -> i64 {
         let ((east, south), (other_east, other_south)) = (self.step(), other.step());
         east * other_east + south * other_south
     }
 }
 
-/// The un-carved land as agents see it.
+/// The un-carved land that agents look at.
 pub trait Terrain {
-    /// The height of a vertex in metres.
+    /// Returns the height of a vertex in metres.
     fn height_m(&mut self, node: Node) -> f32;
 
-    /// The steepness of a vertex, 0 to 1, as the blend map has it.
+    /// Returns the steepness of a vertex, 0 to 1, as the blend map defines it.
     fn steepness(&mut self, node: Node) -> f32;
 
-    /// Whether the sea covers a vertex.
+    /// True if the sea covers a vertex.
     fn is_under_water(&mut self, node: Node) -> bool;
 }

@@ -1,59 +1,61 @@
-//! What must be known of a tile, and of the four beside it, to make it again after a walker has left it.
+//! Records: the data about a tile from which it is made again after a walker has left it, together with the records of
+//! its four neighbours.
 //!
-//! Based on: Grelsson (2014), section 4.3. The thesis keeps 40 bytes a tile: its position, and start and direction of
-//! its river and of its road. Heights need no record. A tile here is [`TileRecord::BYTES`] = 64 bytes: positions are
-//! 64-bit integers, and there is also what the thesis leaves out and what its tiles cannot be made again without: over
-//! which edge an agent came and how far it had come, how many nodes of its way are left after it was cut, and where it
-//! waits.
+//! Based on: Grelsson (2014), section 4.3. The thesis keeps 40 bytes per tile: its position, and start and direction of
+//! its river and of its road. Heights need no record. A tile here needs [`TileRecord::BYTES`] = 64 bytes. Positions are
+//! 64-bit integers, and the record also has what the thesis leaves out although tiles cannot be remade without it: the
+//! edge over which an agent came and the distance it had covered, the number of nodes that are left of its way after it
+//! was cut, and the place where it waits.
 
 use crate::agents::Direction;
 use crate::area::TileId;
 use crate::lines::LineKind;
 
-/// All that is kept of a tile: with it, the records of the four tiles beside it and the world, the tile is made again to
-/// the byte. The neighbours' tell which agents step over its edges.
+/// Everything that is kept of a tile. Its record, those of its four neighbours and the world are enough to remake the
+/// tile byte for byte. The neighbours' records tell which agents step over the shared edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileRecord {
-    /// Where the tile is.
+    /// Position of the tile.
     pub id: TileId,
-    /// Its river.
+    /// River in the tile.
     pub river: Option<Passage>,
-    /// Its road.
+    /// Road in the tile.
     pub road: Option<Passage>,
 }
 
-/// The part of an agent's way that lies in one tile. Vertices are counted from the tile's north-western one.
+/// The part of an agent's way that lies in one tile. Vertices are counted from the tile's north-western vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
-    /// The first node in this tile: east, south.
+    /// First node in this tile: east, south.
     pub start: [u16; 2],
-    /// The direction that the agent was assigned.
+    /// Direction that was assigned to the agent.
     pub direction: Direction,
-    /// The direction in which it has come over the tile's edge; `None` when it was started here.
+    /// Direction of the step over the edge into this tile; `None` if the agent started here.
     pub entry: Option<Direction>,
-    /// The direction in which it goes on or waits to go on; `None` when it has ended here.
+    /// Direction in which the agent leaves the tile, or waits to do so; `None` if it ends here.
     pub exit: Option<Direction>,
-    /// Nodes that it has in this tile, at least 1.
+    /// Number of nodes in this tile, at least 1.
     pub nodes: u16,
-    /// The last of them: east, south.
+    /// Last node in this tile: east, south.
     pub last: [u16; 2],
-    /// Cells that it had come before this tile.
+    /// Length in cells of the agent's way before this tile.
     pub before_cells: u32,
-    /// The lowest ground in metres that it had come through before this tile, or that of its start.
+    /// Height in metres of the lowest ground on the way before this tile, or of the start if the agent started here.
     pub lowest_before_m: f32,
-    /// The lowest ground in metres that it has come through with this tile.
+    /// Height in metres of the lowest ground on the way up to the last node in this tile.
     pub lowest_m: f32,
 }
 
 impl Passage {
-    /// Cells from the agent's start, tiles ago perhaps, to its last node in this tile.
+    /// Returns the length in cells of the way from the agent's start, which may lie in another tile, to its last node
+    /// in this tile.
     pub fn end_cells(&self, stride: u32) -> u32 {
         let steps = self.nodes as u32 - 1 + u32::from(self.entry.is_some());
         self.before_cells.saturating_add(steps * stride)
     }
 
     fn write(passage: Option<&Passage>, bytes: &mut [u8]) {
-        // All zero, the direction among it, is no agent, as in the thesis.
+        // All bytes zero, including the direction, stand for no agent, as in the thesis.
         let Some(passage) = passage else { return };
         for (at, value) in [passage.start[0], passage.start[1], passage.last[0], passage.last[1], passage.nodes]
             .into_iter()
@@ -68,7 +70,7 @@ impl Passage {
         bytes[20..24].copy_from_slice(&passage.lowest_m.to_le_bytes());
     }
 
-    /// The passage that `bytes` write, or none.
+    /// Decodes a passage; all bytes zero decode as none.
     fn read(bytes: &[u8]) -> Result<Option<Passage>, NotARecord> {
         if bytes.iter().all(|byte| *byte == 0) {
             return Ok(None);
@@ -91,17 +93,17 @@ impl Passage {
     }
 }
 
-/// Bytes that no record is made of.
+/// Error: bytes that encode no record.
 struct NotARecord;
 
-/// Bytes of one passage in a record.
+/// Size of an encoded passage in bytes.
 const PASSAGE_BYTES: usize = 24;
 
 impl TileRecord {
-    /// Bytes a record; the thesis' has 40.
+    /// Size of a record in bytes; in the thesis it is 40.
     pub const BYTES: usize = 16 + 2 * PASSAGE_BYTES;
 
-    /// The river or the road.
+    /// Returns the river or the road.
     pub fn passage(&self, kind: LineKind) -> Option<&Passage> {
         match kind {
             LineKind::River => self.river.as_ref(),
@@ -109,7 +111,7 @@ impl TileRecord {
         }
     }
 
-    /// The record as bytes, least significant first: position, river, road.
+    /// Encodes the record in little-endian byte order: position, river, road.
     pub fn to_bytes(&self) -> [u8; TileRecord::BYTES] {
         let mut bytes = [0; TileRecord::BYTES];
         bytes[..8].copy_from_slice(&self.id.x.to_le_bytes());
@@ -120,7 +122,7 @@ impl TileRecord {
         bytes
     }
 
-    /// The record that [`to_bytes`](TileRecord::to_bytes) has written; `None` when the bytes are none.
+    /// Decodes a record that [`to_bytes`](TileRecord::to_bytes) wrote; `None` if the bytes are no valid record.
     pub fn from_bytes(bytes: &[u8; TileRecord::BYTES]) -> Option<TileRecord> {
         let (x, rest) = bytes.split_first_chunk()?;
         let (y, rest) = rest.split_first_chunk()?;
@@ -133,7 +135,7 @@ impl TileRecord {
     }
 }
 
-/// A direction as 1 to 4, clockwise from north, and none as 0.
+/// Encodes a direction as 1 to 4, clockwise from north, and none as 0.
 fn code(direction: Option<Direction>) -> u8 {
     direction.map_or(0, |direction| direction as u8 + 1)
 }
@@ -146,12 +148,12 @@ fn decode(code: u8) -> Result<Option<Direction>, NotARecord> {
     }
 }
 
-/// The records of all tiles ever made: an array sorted by position and searched by halves.
+/// The records of all tiles ever made: an array sorted by position, with binary search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Records(Vec<TileRecord>);
 
 impl Records {
-    /// The records in any order; the error is a tile that has two.
+    /// Sorts the given records. The error is a tile with two records.
     pub fn new(mut records: Vec<TileRecord>) -> Result<Records, TileId> {
         records.sort_by_key(|record| record.id);
         match records.windows(2).find(|pair| pair[0].id == pair[1].id) {
@@ -164,7 +166,7 @@ impl Records {
         self.0.binary_search_by_key(&id, |record| record.id).ok().map(|at| &self.0[at])
     }
 
-    /// Adds the record of a tile that has none.
+    /// Adds the record of a tile that has none yet.
     pub fn add(&mut self, record: TileRecord) {
         let at = self.0.binary_search_by_key(&record.id, |record| record.id);
         self.0.insert(at.expect_err("a tile is recorded once"), record);

@@ -1,8 +1,9 @@
-//! The greedy search of the thesis: one engine, which rivers and roads drive with a heuristic each.
+//! The greedy search of the thesis: one engine that rivers and roads drive, each with a heuristic of its own.
 //!
-//! Based on: Grelsson (2014), section 4.2. A start vertex and an assigned direction; the axis neighbours that are in
-//! bounds and not in the closed list make the open list, a heuristic scores them, the best goes to the closed list, the
-//! open list is emptied, and so on until a rule says stop.
+//! Based on: Grelsson (2014), section 4.2. The search begins with a start vertex and an assigned direction. At each
+//! step the open list holds the neighbours along the axes that are in bounds and not in the closed list. A heuristic
+//! scores them, the best goes to the closed list, and the open list is emptied. The search repeats this until a rule
+//! stops it.
 
 use std::collections::HashSet;
 
@@ -14,54 +15,56 @@ use crate::stop;
 /// A vertex of the lattice.
 pub type Node = (i64, i64);
 
-/// What drives a search: how good a next node is, and when there is none good enough.
+/// The rules of a search: scores the possible next nodes, and tells when the best of them is not good enough.
 pub trait Heuristic {
-    /// Vertices from a node to the next.
+    /// Returns the number of vertices from a node to the next.
     fn stride(&self) -> i64;
 
-    /// The score of stepping in `step` from `from` to `to`, the lower the better; `None` where the agent may not go.
+    /// Scores the step from `from` to `to` in direction `step`, the lower the better; `None` where the agent may not
+    /// go.
     fn score(&mut self, from: Node, to: Node, step: Direction) -> Option<f32>;
 
-    /// Called for the best of the open list before the agent goes there: whether it has to stop instead.
+    /// True if the agent has to stop instead of going to `to`. Called for the best node of the open list only.
     fn refuses(&mut self, from: Node, to: Node) -> bool;
 }
 
-/// Why a search has ended.
+/// Reason why a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceEnd {
     /// The best next node would leave the bounds, in this direction.
     Edge(Direction),
-    /// The heuristic refuses the best next node: the only way on is too far uphill.
+    /// The heuristic refuses the best next node: it is too far uphill for a river, and too steep or under water for a
+    /// road.
     Refused,
-    /// All neighbours are in the closed list.
+    /// No step is possible: every neighbour is in the closed list or forbidden by the heuristic.
     Trapped,
-    /// The closed list is as long as it may be.
+    /// The closed list has reached its largest allowed length.
     Full,
 }
 
-/// The way of an agent: its closed list, from the start on, and why it is not longer.
+/// The way of an agent: its closed list from the start on, and the reason why it ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// The nodes in the order in which the agent went there; at least the start.
+    /// Nodes in the order of the way; at least the start.
     pub nodes: Vec<Node>,
-    /// Why there are no more.
+    /// Reason why the way ends.
     pub end: TraceEnd,
 }
 
-/// Searches from `start` within `bounds` until the heuristic, the bounds or `most` nodes end it.
+/// Searches from `start` within `bounds` until the heuristic or the bounds end the way, or until it has `most` nodes.
 ///
-/// Ties go to the direction that is named first in [`Direction::ALL`], so the way is the same on every machine.
+/// On equal scores the first direction in [`Direction::ALL`] wins, so the way is the same on every machine.
 pub fn search(heuristic: &mut impl Heuristic, start: Node, bounds: Area, most: usize) -> Trace {
     trace(heuristic, start, HashSet::from_iter([start]), bounds, most)
 }
 
-/// As [`search`], of an agent that has come to `start` from `behind` and does not go back there.
+/// Searches as [`search`] does, for an agent that has come from `behind` to `start` and must not go back.
 pub fn resume(heuristic: &mut impl Heuristic, behind: Node, start: Node, bounds: Area, most: usize) -> Trace {
     trace(heuristic, start, HashSet::from_iter([behind, start]), bounds, most)
 }
 
-/// Places to start from, of which an agent takes the first that it gets away from: `middle` and the vertices up to so
-/// many steps of `stride` beside it, ring by ring outwards and each row by row.
+/// Lists candidate starts for an agent, which takes the first that has a way on: `middle`, then square rings around it
+/// outwards, each row by row. Neighbouring candidates are `stride` vertices apart.
 pub fn rings(middle: Node, stride: i64, rings: i64) -> impl Iterator<Item = Node> {
     let around = (0..=rings).flat_map(|ring| {
         let square = (-ring..=ring).flat_map(move |south| (-ring..=ring).map(move |east| (east, south)));
@@ -85,7 +88,7 @@ fn trace(
         if nodes.len() >= most {
             break TraceEnd::Full;
         }
-        // The open list, of which only the best is ever looked at.
+        // The open list, of which only the best node is kept.
         let mut best: Option<(f32, Direction, Node)> = None;
         for direction in Direction::ALL {
             let (east, south) = direction.step();
@@ -116,7 +119,7 @@ fn trace(
 mod tests {
     use super::*;
 
-    /// Goes east over a wall of given height that stands in its way.
+    /// Goes east. A wall at x = 5, which reaches less than `wall` vertices to each side, blocks the way.
     struct Eastward {
         wall: i64,
     }

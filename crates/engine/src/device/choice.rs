@@ -1,4 +1,4 @@
-//! Which device a bake computes on, of those that are asked for and there.
+//! The choice of the device on which a bake computes.
 
 use std::str::FromStr;
 use std::sync::Arc;
@@ -13,26 +13,26 @@ use crate::simd::Level;
 use crate::tile::GroundRule;
 use crate::world::World;
 
-/// What is asked to compute.
+/// Device requested by the user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Device {
-    /// A GPU if one is there, makes the land in question, and gives the bits of the CPU; else the CPU.
+    /// A GPU if one is available, can make this land, and gives the bits of the CPU; otherwise the CPU.
     Auto,
     /// The CPU.
     #[default]
     Cpu,
-    /// A GPU, or a program that does as if it were one.
+    /// A GPU, or a software implementation of one.
     Gpu,
 }
 
-/// Threads to a side of a GPU's groups, where nobody asks for another number.
+/// Default side of a GPU's workgroups, in threads.
 pub const GROUP_SIDE: u32 = 8;
 
 impl Device {
-    /// All of them.
+    /// All devices.
     pub const ALL: [Device; 3] = [Device::Auto, Device::Cpu, Device::Gpu];
 
-    /// The name, as the command knows it.
+    /// Returns the name, as used on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Device::Auto => "auto",
@@ -41,17 +41,18 @@ impl Device {
         }
     }
 
-    /// The CPU's instructions that are used.
+    /// Describes the CPU with the vector instructions that are used.
     pub fn cpu_name() -> String {
         let level = Level::chosen().map_or_else(|_| "scalar".to_owned(), |level| level.name().to_owned());
         format!("cpu, {level}")
     }
 
-    /// The maker of a world's land and tiles on this device, in groups of so many by so many threads on a GPU: 8, 16 or 32. If the CPU
-    /// makes the land although a GPU may, the reason comes too: land with rivers is always the CPU's.
+    /// Returns the maker of a world's land and tiles on this device. On a GPU, workgroups have `group_side` by
+    /// `group_side` threads: 8, 16 or 32. If the CPU is used although a GPU was allowed, the reason is returned too:
+    /// land with rivers is always made by the CPU.
     ///
     /// # Errors
-    /// When a GPU is asked for, and none is there or can be used.
+    /// When a GPU is required, but none is available or usable.
     pub fn maker(self, world: &World, group_side: u32) -> Result<(Arc<dyn LandMaker>, Option<String>), Error> {
         let cpu = Cpu::maker(world.relief());
         let because = |reason: &str| Some(format!("the CPU makes the land: {reason}"));

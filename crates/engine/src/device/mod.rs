@@ -1,12 +1,13 @@
-//! What computes land: the CPU, which is the reference, or a GPU that gives the same bytes.
+//! Devices that compute land: the CPU, which is the reference, or a GPU that gives the same bytes.
 //!
 //! ```text
-//!   choice.rs    which device is taken, of those that are asked for and there
+//!   choice.rs    the choice of a device that is available and allowed
 //!   gpu/         land and tiles on a GPU, by the shaders in shaders/
 //! ```
 //!
-//! A bake is handed a [`LandMaker`] beside its world, and asks it for several tiles at once, a walker for the land of several.
-//! Whatever else asks for land, as agents do, asks the world itself: it makes no difference, byte for byte.
+//! A bake gets a [`LandMaker`] beside its world and asks it for several tiles at once; a walker asks it for the land of
+//! several tiles. Everything else that needs land, such as agents, asks the world itself. The bytes are the same either
+//! way.
 
 mod choice;
 #[cfg(feature = "gpu")]
@@ -26,48 +27,49 @@ use crate::relief::Relief;
 use crate::tile::{Tile, TilePlan};
 use crate::world::World;
 
-/// What makes the land of areas, as it is before any line shapes it, and tiles of it.
+/// Makes the land of areas, before lines shape it, and tiles on this land.
 pub trait LandMaker: Debug + Send + Sync {
-    /// What it computes on, in a few words.
+    /// Describes the device in a few words.
     fn name(&self) -> String;
 
-    /// Bytes of memory that it takes of the CPU's at most, when so many threads ask it.
+    /// Returns the largest number of bytes of the CPU's memory that the maker takes when this many threads use it.
     fn host_bytes(&self, _threads: usize) -> u64 {
         0
     }
 
-    /// For how many tiles it would rather be asked at once.
+    /// Returns the number of tiles that the maker should best be asked for at once.
     fn together(&self) -> usize;
 
-    /// The land of each area, with the time of each stage booked on `clock`.
+    /// Makes the land of each area, and books the time of each stage on `clock`.
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land>;
 
-    /// The tiles of plans in `world`, the one whose land it makes, with the time of each stage booked on `clock`.
+    /// Makes tiles from plans in `world`, which must be the world of this maker's land, and books the time of each
+    /// stage on `clock`.
     fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
         self.tiles_of_lands(world, plans, clock)
     }
 
-    /// The same, with all but the [lands](LandMaker::lands) made by the CPU.
+    /// Makes the same tiles, but only their [lands](LandMaker::lands) on the device and the rest on the CPU.
     fn tiles_of_lands(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
         let lands = self.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
         let made = plans.into_par_iter().zip(lands);
         made.map(|(plan, land)| Tile::of_plan(world, plan, land, clock)).collect()
     }
 
-    /// What went wrong with it, if anything did: what it could not make itself was made by the CPU.
+    /// Returns the first error of the device, if there was one. Whatever the device could not make, the CPU has made.
     fn trouble(&self) -> Option<String> {
         None
     }
 }
 
-/// The CPU as a maker of land.
+/// The CPU as a land maker.
 #[derive(Clone, Debug)]
 pub struct Cpu {
     relief: Relief,
 }
 
 impl Cpu {
-    /// A maker of the land of a relief.
+    /// Creates a maker of a relief's land.
     pub fn maker(relief: &Relief) -> Arc<dyn LandMaker> {
         Arc::new(Cpu { relief: relief.clone() })
     }

@@ -1,4 +1,4 @@
-//! Lakes, coast and peaks.
+//! Lakes, coasts and peaks as features.
 
 use std::sync::Arc;
 
@@ -14,21 +14,23 @@ use crate::world::World;
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LakeFeature {
-    /// Its name in the world: `l` with the level of the channel that it lies in, and that channel's cell.
+    /// Identifier, unique in the world: `l`, the network level of the channel in which the lake lies, and that
+    /// channel's cell.
     pub id: String,
-    /// Its name on a map; none in a world without places.
+    /// Name on maps; `None` in a world without places.
     pub name: Option<String>,
-    /// Height of its surface in metres.
+    /// Height of the water surface in metres.
     pub level_m: f64,
-    /// Square metres within its shore, without islands.
+    /// Area within the shore in square metres, without islands.
     pub area_m2: f64,
-    /// The river that runs out of it.
+    /// River that flows out of the lake, if there is one.
     pub outlet: Option<LineId>,
-    /// Its shore, anticlockwise, and those of its islands, clockwise: metres east and north, each ending where it begins.
+    /// Shoreline of the lake, anticlockwise, then those of its islands, clockwise: closed rings in metres east and
+    /// north.
     pub rings: Vec<Vec<[f64; 2]>>,
 }
 
-/// All lakes.
+/// The layer of all lakes.
 pub static LAKES: Layer<Arc<Lake>, LakeFeature> = Layer {
     name: "lakes",
     about: "lakes with their islands; metres",
@@ -58,37 +60,37 @@ fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
     }
 }
 
-/// The name of the lake of an id, whether there is one; none in a world without places.
+/// Returns the name that the lake with this id has, or would have if it existed; `None` in a world without places.
 pub(crate) fn lake_name(world: &World, LakeId((level, x, y)): LakeId) -> Option<String> {
     world.names().map(|names| names.lake(first_vertex(world, level, [x, y]), &[i64::from(level), x, y]))
 }
 
-/// The name of the valley of a river; none in a world without places, and none of rivers of agents.
+/// Returns the name of a river's valley; `None` in a world without places, and for rivers of agents.
 pub fn valley_name(world: &World, river: &Line) -> Option<String> {
     let LineId::River { channel: (level, x, y), .. } = river.course else { return None };
     world.names().map(|names| names.valley(first_vertex(world, level, [x, y]), &[i64::from(level), x, y]))
 }
 
-/// The vertex at which a cell of a level of the network begins: names go by the place, since a tongue is at home in a part of
-/// the world.
+/// Returns the first (north-western) vertex of a cell on a level of the channel network. Names depend on the place,
+/// since each language is spoken in a part of the world.
 fn first_vertex(world: &World, level: u32, cell: [i64; 2]) -> [i64; 2] {
     let fluvial = world.relief().fluvial().expect("only fluvial worlds have lakes");
-    // Cells are `side` grains apart, and vertices `GRAINS`.
+    // A cell is `side` grains wide, and neighbouring vertices are `GRAINS` grains apart.
     cell.map(|at| (at * fluvial.fields().side(level)).div_euclid(GRAINS))
 }
 
-/// A piece of coast.
+/// A piece of coastline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoastFeature {
-    /// Its name in the world: `c`, its cell, and its number there.
+    /// Identifier, unique in the world: `c`, the coast cell, and the number of the piece in that cell.
     pub id: String,
-    /// Metres from end to end.
+    /// Length in metres.
     pub length_m: f64,
-    /// Metres east and north, with the land on its left.
+    /// Points in metres east and north, with the land on the left of the line.
     pub line: Vec<[f64; 2]>,
 }
 
-/// All of the coast.
+/// The layer of the whole coast.
 pub static COAST: Layer<Arc<Coast>, CoastFeature> = Layer {
     name: "coast",
     about: "the line between land and sea, land on its left; metres",
@@ -105,7 +107,7 @@ pub static COAST: Layer<Arc<Coast>, CoastFeature> = Layer {
 
 fn coast_id(coast: &Coast) -> String {
     let (x, y) = coast.id.cell;
-    // Numbers of a cell sort as text.
+    // Padded with zeros, so that ids of one cell sort by number.
     format!("c:{x}:{y}:{:05}", coast.id.number)
 }
 
@@ -117,17 +119,17 @@ fn of_coast(world: &World, coast: &Arc<Coast>) -> CoastFeature {
 /// A peak.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeakFeature {
-    /// Its name in the world: `p`, and its cell.
+    /// Identifier, unique in the world: `p` and the peak's cell.
     pub id: String,
-    /// Its name on a map; none in a world without places.
+    /// Name on maps; `None` in a world without places.
     pub name: Option<String>,
-    /// Its height in metres.
+    /// Height in metres.
     pub height_m: f32,
-    /// Metres east and north.
+    /// Position in metres east and north.
     pub at: [f64; 2],
 }
 
-/// All peaks.
+/// The layer of all peaks.
 pub static PEAKS: Layer<Peak, PeakFeature> = Layer {
     name: "peaks",
     about: "peaks; metres",

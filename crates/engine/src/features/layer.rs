@@ -1,48 +1,50 @@
-//! Layers: all features of one kind, and the one description of their attributes from which every table comes.
+//! Layers: all features of one kind, with a single description of their attributes from which every output table
+//! follows.
 
 use serde::Serialize;
 
 use crate::area::Area;
 use crate::world::World;
 
-/// The features of one kind. `S` is what the world has of one, `F` the feature.
+/// The features of one kind. `S` is the object that the world holds, `F` the feature made of it.
 pub struct Layer<S: 'static, F: 'static> {
-    /// The table of a database, and the file of a format that has one a layer.
+    /// Name of the layer: names its table in a database, and its file in formats with one file per layer.
     pub name: &'static str,
-    /// What it shows and in which units.
+    /// Description of the contents, with units.
     pub about: &'static str,
-    /// What its geometries are.
+    /// Type of the geometries.
     pub shape: Shape,
-    /// Its attributes.
+    /// Attributes of the features.
     pub columns: &'static [Column<F>],
-    /// What the world has in an area.
+    /// Collects the world's objects in an area.
     pub(super) sources: fn(&World, &Area) -> Vec<S>,
-    /// What the features of a layer are sorted by; no two have the same.
+    /// Returns the sort key of an object, unique within the layer.
     pub(super) key: fn(&S) -> Vec<u8>,
-    /// Makes a feature of what the world has.
+    /// Makes the feature of an object.
     pub(super) feature: fn(&World, &S) -> F,
-    /// The geometry of a feature.
+    /// Returns the geometry of a feature.
     pub(super) lines: fn(F) -> Geometry,
 }
 
-/// A line, the rings of a polygon, or a point alone: metres east, north and up, with 0 up where the layer has no heights.
+/// A single line, the rings of a polygon, or a single point: metres east, north and up, with 0 up in layers without
+/// heights.
 pub type Geometry = Vec<Vec<[f64; 3]>>;
 
-/// What the geometries of a layer are.
+/// Geometry type of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// A point.
     Point,
     /// A line.
     Line,
-    /// A line whose points have heights.
+    /// A line with a height at each point.
     LineZ,
     /// A polygon: its outer ring, then its holes.
     Polygon,
 }
 
 impl Shape {
-    /// Numbers a point.
+    /// Returns the number of coordinates per point.
     pub fn dimensions(self) -> usize {
         if self == Shape::LineZ { 3 } else { 2 }
     }
@@ -54,33 +56,33 @@ pub struct Column<F> {
     value: fn(&F) -> Value,
 }
 
-/// What an attribute is called and holds.
+/// Name and type of an attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
-    /// Its column in a table.
+    /// Column name in a table.
     pub name: &'static str,
-    /// Its key in an object. Neighbours of the same key are an array.
+    /// Key in a JSON object. Neighbouring attributes with the same key together make an array.
     pub key: &'static str,
-    /// What it holds.
+    /// Type of the values.
     pub kind: Kind,
-    /// Whether each feature has it.
+    /// True if every feature has a value.
     pub required: bool,
 }
 
-/// What an attribute holds.
+/// Type of an attribute's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A whole number.
     Integer,
-    /// A number of 64 bits.
+    /// A 64-bit floating-point number.
     Real,
-    /// A number that 32 bits hold, and whose text has no more digits than they need.
+    /// A 32-bit floating-point number, written with no more digits than 32 bits need.
     Real32,
     /// A text.
     Text,
 }
 
-/// A value of an attribute. In JSON it is the bare number or text, or null for nothing.
+/// A value of an attribute, serialized as a bare number, a text, or null for [`Value::Nothing`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -121,23 +123,23 @@ impl<T: Into<Value>> From<Option<T>> for Value {
 }
 
 impl<F> Column<F> {
-    /// An attribute that each feature has.
+    /// Describes an attribute that every feature has.
     pub(super) const fn new(name: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key: name, kind, required: true }, value }
     }
 
-    /// An attribute that some features do not have.
+    /// Describes an attribute that some features lack.
     pub(super) const fn optional(name: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key: name, kind, required: false }, value }
     }
 
-    /// An attribute that each feature has, with another key in objects than in tables.
+    /// Describes an attribute that every feature has, with a key in objects that differs from its column name.
     pub(super) const fn keyed(name: &'static str, key: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key, kind, required: true }, value }
     }
 }
 
-/// A feature as a table has it.
+/// A feature as a row of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The values of the layer's columns.
@@ -146,7 +148,7 @@ pub struct Row {
     pub lines: Geometry,
 }
 
-/// Takes a feature's key, by which a layer is sorted, and what makes its row.
+/// Callback that takes a feature's sort key and a function that makes its row.
 pub type Visit<'a> = dyn FnMut(Vec<u8>, &dyn Fn() -> Row) + 'a;
 
 impl<S, F> Layer<S, F> {
@@ -156,27 +158,28 @@ impl<S, F> Layer<S, F> {
         Row { values, lines: (self.lines)(feature) }
     }
 
-    /// Shows the feature of what the world, or a tile of a walk, has of one.
+    /// Hands the feature of an object, which is the world's or a walked tile's, to the callback.
     pub(super) fn show(&self, world: &World, source: &S, visit: &mut Visit<'_>) {
         visit((self.key)(source), &|| self.row(world, source));
     }
 
-    /// All features of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by key.
+    /// Returns all features of which a part lies in the rectangle spanned by the outer vertices of an area, uncut and
+    /// sorted by key.
     pub fn find(&self, world: &World, area: &Area) -> Vec<F> {
         self.features(world, (self.sources)(world, area))
     }
 
-    /// The features of what the world has, sorted by key.
+    /// Makes the features of some objects, sorted by key.
     pub fn features(&self, world: &World, sources: Vec<S>) -> Vec<F> {
         let mut sources: Vec<_> = sources.into_iter().map(|it| ((self.key)(&it), it)).collect();
         sources.sort_by(|a, b| a.0.cmp(&b.0));
-        // An area may come upon a source twice, such as a settlement in it at which its roads end too.
+        // An area may yield an object twice, such as a settlement that lies in the area and also ends one of its roads.
         sources.dedup_by(|a, b| a.0 == b.0);
         sources.iter().map(|(_, source)| (self.feature)(world, source)).collect()
     }
 }
 
-/// A layer, whatever its features are, for what writes them all alike.
+/// A layer with its feature type erased, so that writers treat all layers alike.
 pub trait AnyLayer: Sync {
     /// [`Layer::name`].
     fn name(&self) -> &'static str;
@@ -187,11 +190,11 @@ pub trait AnyLayer: Sync {
     /// [`Layer::shape`].
     fn shape(&self) -> Shape;
 
-    /// What its attributes are called and hold.
+    /// Returns name and type of each attribute.
     fn heads(&self) -> Vec<Head>;
 
-    /// Shows the features of which a part lies in an area, in any order, one perhaps several times. A row is made only
-    /// if it is wanted.
+    /// Calls `visit` for each feature of which a part lies in an area, in any order and perhaps several times. The row
+    /// is made only if the callback asks for it.
     fn visit(&self, world: &World, area: &Area, visit: &mut Visit<'_>);
 }
 
@@ -219,12 +222,12 @@ impl<S, F> AnyLayer for Layer<S, F> {
     }
 }
 
-/// The geometry of a point.
+/// Returns the geometry of a single point.
 pub(super) fn point([east, north]: [f64; 2]) -> Geometry {
     vec![vec![[east, north, 0.0]]]
 }
 
-/// The geometry of a line without heights, or a ring of such a polygon.
+/// Gives a line or a ring of a polygon the height 0.
 pub(super) fn flat(line: &[[f64; 2]]) -> Vec<[f64; 3]> {
     line.iter().map(|[east, north]| [*east, *north, 0.0]).collect()
 }

@@ -1,4 +1,4 @@
-//! Rivers, roads and their crossings: the features that are lines, or lie on them.
+//! Rivers, roads and their crossings: features that are lines or lie on lines.
 
 use std::sync::Arc;
 
@@ -9,32 +9,32 @@ use crate::lines::{FIXED, Line, LineEnd, LineId, LineKind, LinePoint, Lines, Roa
 use crate::tile::Tile;
 use crate::world::World;
 
-/// A river of a fluvial world, from source to end. Pairs are at its start and at its end.
+/// A river of a fluvial world, from source to end. Pairs hold the values at the start and at the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RiverFeature {
-    /// Its name in the world.
+    /// Identifier, unique in the world.
     pub id: LineId,
-    /// The name on a map of all parts of its course; none in a world without places.
+    /// Name on maps, the same for all parts of the river's course; `None` in a world without places.
     pub name: Option<String>,
-    /// The first part of its course, which the parts between lakes have in common.
+    /// Id of the first part of the course. Lakes cut a course into parts, which all have this id in common.
     pub course: LineId,
-    /// Strahler's order at its end.
+    /// Strahler order at the end.
     pub order: u32,
-    /// Metres from end to end, seen from above.
+    /// Length in metres, seen from above.
     pub length_m: f64,
     /// Widths in metres.
     pub width_m: [f64; 2],
     /// Discharges in cubic metres a second.
     pub discharge_m3s: [f64; 2],
-    /// Heights of its surface in metres.
+    /// Heights of the water surface in metres.
     pub level_m: [f64; 2],
-    /// What it ends in.
+    /// Object in which the river ends.
     pub ending: LineEnd,
-    /// Metres east, north and up to the water's surface.
+    /// Points in metres east, north and up, at the water surface.
     pub line: Vec<[f64; 3]>,
 }
 
-/// All rivers of fluvial worlds.
+/// The layer of all rivers in fluvial worlds.
 pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
     name: "rivers",
     about: "rivers, from source to end, with the height of their surface; metres and m3/s",
@@ -60,7 +60,7 @@ pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
     lines: |river| vec![river.line],
 };
 
-/// Points of a line in metres east, north and up to its level.
+/// Converts points of a line to metres east, north and up, with the level of the water or road surface as height.
 pub(super) fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LinePoint>) -> Vec<[f64; 3]> {
     let place = |point: &LinePoint| {
         let [east, north] = metres(line.place_from([0, 0], point), line.spacing_m);
@@ -69,7 +69,7 @@ pub(super) fn line_m<'a>(line: &Line, points: impl IntoIterator<Item = &'a LineP
     points.into_iter().map(place).collect()
 }
 
-/// A value of a line's first point and of its last.
+/// Returns a value of a line's first point and of its last.
 fn ends<T>(line: &Line, value: impl Fn(&LinePoint) -> T) -> [T; 2] {
     [&line.points[0], &line.points[line.points.len() - 1]].map(value)
 }
@@ -90,26 +90,27 @@ fn of_river(world: &World, river: &Arc<Line>) -> RiverFeature {
     }
 }
 
-/// A road that leads from one settlement to another: whole, or as much of it as other roads leave.
+/// A road from one settlement to another: all of it, or the part that is left where it shares the way with other roads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadFeature {
-    /// Its name in the world.
+    /// Identifier, unique in the world.
     pub id: LineId,
-    /// How well it is built.
+    /// Class of construction.
     pub class: RoadClass,
-    /// The settlements that it leads to, maybe on other roads.
+    /// Settlements at both ends, perhaps reached along other roads.
     pub sites: [SiteId; 2],
-    /// The steepest grade anywhere on it, metres up a metre ahead.
+    /// Steepest grade on the road, in metres up a metre ahead.
     pub max_grade: f64,
-    /// Metres from edge to edge.
+    /// Width in metres.
     pub width_m: f64,
-    /// Metres from end to end of the line, seen from above.
+    /// Length in metres, seen from above.
     pub length_m: f64,
-    /// Metres east, north and up to the road's surface; without points that a straight line shows as well.
+    /// Points in metres east, north and up, at the road surface. The line is simplified: points that a straight line
+    /// shows as well are left out.
     pub line: Vec<[f64; 3]>,
 }
 
-/// All roads between settlements.
+/// The layer of all roads between settlements.
 pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     name: "roads",
     about: "roads that lead from one settlement to another, each drawn once, with the height of their surface; metres",
@@ -117,7 +118,7 @@ pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     columns: &[
         Column::new("id", Kind::Text, |road| road.id.to_string().into()),
         Column::new("class", Kind::Text, |road| road.class.name().into()),
-        // Both keys are words of SQL.
+        // Both keys are reserved words of SQL, so the columns have other names.
         Column::keyed("from_site", "from", Kind::Text, |road| road.sites[0].to_string().into()),
         Column::keyed("to_site", "to", Kind::Text, |road| road.sites[1].to_string().into()),
         Column::new("max_grade", Kind::Real, |road| road.max_grade.into()),
@@ -130,7 +131,7 @@ pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     lines: |road| vec![road.line],
 };
 
-/// The roads of which the middle line touches an area.
+/// Returns the roads whose centreline touches an area.
 pub(super) fn roads_through(world: &World, area: &Area) -> Lines {
     world.lines_through(LineKind::Road, area)
 }
@@ -145,7 +146,7 @@ fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
         class,
         sites: [from, to],
         max_grade: road.max_grade(),
-        // A road is as wide everywhere as at its start.
+        // A road has the same width everywhere.
         width_m: 2.0 * road.points[0].half_width_m,
         length_m: length_m(&line),
         line,
@@ -155,19 +156,21 @@ fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
 /// A bridge, a ford or a tunnel of a road.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossingFeature {
-    /// Its name in the world: `x`, the numbers of its road, and its own there.
+    /// Identifier, unique in the world: `x`, the numbers of the road's id, and the number of the structure on that
+    /// road.
     pub id: String,
-    /// A bridge, a ford or a tunnel.
+    /// Type of structure: bridge, ford or tunnel.
     pub kind: StructureKind,
-    /// Its road.
+    /// Road that crosses.
     pub road: LineId,
-    /// Metres from end to end, seen from above.
+    /// Length in metres, seen from above.
     pub length_m: f64,
-    /// Metres east and north of its middle.
+    /// Midpoint in metres east and north.
     pub at: [f64; 2],
 }
 
-/// All crossings of the roads that touch an area: roads, and the numbers of their structures.
+/// The layer of all crossings on roads that touch an area. Its objects are pairs of a road and the number of a
+/// structure on it.
 pub static CROSSINGS: Layer<(Arc<Line>, usize), CrossingFeature> = Layer {
     name: "crossings",
     about: "bridges, fords and tunnels of the roads; metres",
@@ -190,7 +193,7 @@ fn crossings_of_roads(world: &World, area: &Area) -> Vec<(Arc<Line>, usize)> {
 }
 
 fn crossing_id((road, number): &(Arc<Line>, usize)) -> String {
-    // Numbers of a road sort as text.
+    // Padded with zeros, so that ids of one road sort by number.
     format!("x{}:{number:03}", &road.id.to_string()[1..])
 }
 
@@ -207,20 +210,20 @@ fn of_crossing(_: &World, source: &(Arc<Line>, usize)) -> CrossingFeature {
     }
 }
 
-/// A river or a road of an agent, whole. Pairs are at its start and at its end.
+/// A river or a road of an agent, uncut. Pairs hold the values at the start and at the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathFeature {
-    /// The tile that its agent started from: its name in the world, among its kind.
+    /// Tile in which the agent started: unique among the rivers, and among the roads.
     pub owner: TileId,
-    /// How it ends.
+    /// Object in which the line ends.
     pub ending: LineEnd,
-    /// Metres from end to end.
+    /// Length in metres.
     pub length_m: f64,
     /// Widths in metres.
     pub width_m: [f32; 2],
-    /// Heights of its floor in metres.
+    /// Heights of the bed in metres.
     pub floor_m: [f32; 2],
-    /// Metres east and north; at least two points, of a path that is one place the same.
+    /// Points in metres east and north; at least two, even if the path is a single place.
     pub line: Vec<[f64; 2]>,
 }
 
@@ -237,7 +240,7 @@ const PATH_COLUMNS: &[Column<PathFeature>] = &[
     Column::new("floor_end_m", Kind::Real32, |path| path.floor_m[1].into()),
 ];
 
-/// All rivers of agents.
+/// The layer of all rivers of agents.
 pub static AGENT_RIVERS: Layer<Arc<Line>, PathFeature> = Layer {
     name: "rivers",
     about: "rivers, from source to end; metres",
@@ -249,7 +252,7 @@ pub static AGENT_RIVERS: Layer<Arc<Line>, PathFeature> = Layer {
     lines: |path| vec![flat(&path.line)],
 };
 
-/// All roads of agents.
+/// The layer of all roads of agents.
 pub static AGENT_ROADS: Layer<Arc<Line>, PathFeature> = Layer {
     name: "roads",
     about: "roads, from the middle of the tile that owns each; metres",
@@ -257,8 +260,9 @@ pub static AGENT_ROADS: Layer<Arc<Line>, PathFeature> = Layer {
     ..AGENT_RIVERS
 };
 
-/// Shows the rivers and roads that a walker's tile has as its own, as features of the [layers](super::layers) of its world, each with
-/// the number of its layer: they are as much of an agent's way as lies in the tile, which owns that.
+/// Visits the rivers and roads of a walker's tile as features of the [layers](super::layers) of its world, each with
+/// the number of its layer. A tile of a walker owns the part of an agent's way that lies in it, so each feature ends at
+/// the tile's edges.
 pub fn visit_walked(world: &World, tile: &Tile, mut visit: impl FnMut(usize, Vec<u8>, &dyn Fn() -> Row)) {
     let layers = [(&AGENT_RIVERS, LineKind::River), (&AGENT_ROADS, LineKind::Road)];
     for (number, (layer, kind)) in layers.into_iter().enumerate() {
@@ -268,7 +272,7 @@ pub fn visit_walked(world: &World, tile: &Tile, mut visit: impl FnMut(usize, Vec
     }
 }
 
-/// The tile that an agent's line belongs to.
+/// Returns the tile that owns an agent's line.
 fn owner(id: LineId) -> TileId {
     match id {
         LineId::Agent { owner, .. } => owner,
@@ -276,13 +280,13 @@ fn owner(id: LineId) -> TileId {
     }
 }
 
-/// The key of the path that a tile owns: bytes in the order of the tiles' numbers.
+/// Returns the sort key of the path of a tile: bytes that sort in the order of the tile coordinates.
 fn path_key(owner: TileId) -> Vec<u8> {
-    // Big-endian with the sign turned over: bytes then sort as the numbers do.
+    // Big-endian with the sign bit flipped, so that bytes sort like the signed numbers.
     [owner.x, owner.y].map(|number| (number as u64 ^ (1 << 63)).to_be_bytes()).concat()
 }
 
-/// The tile that owns what a path ends in.
+/// Returns the owner of the line in which a path ends, if it ends in a line.
 fn joined(end: LineEnd) -> Option<TileId> {
     if let LineEnd::Line(other) = end { Some(owner(other)) } else { None }
 }
@@ -291,7 +295,7 @@ fn of_path(_: &World, path: &Arc<Line>) -> PathFeature {
     let mut line: Vec<[f64; 2]> =
         line_m(path, &path.points).into_iter().map(|[east, north, _]| [east, north]).collect();
     let length_m = length_m(&line);
-    // A line has two points in every format, and a pool may be one place.
+    // Every format wants two points per line, but the path of a pool may be a single place.
     if line.len() == 1 {
         line.push(line[0]);
     }

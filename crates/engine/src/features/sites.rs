@@ -1,4 +1,4 @@
-//! Settlements.
+//! Settlements as features.
 
 use std::sync::Arc;
 
@@ -13,21 +13,21 @@ use crate::world::World;
 /// A settlement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SiteFeature {
-    /// Its name in the world.
+    /// Identifier, unique in the world.
     pub id: SiteId,
-    /// Its name on a map.
+    /// Name on maps.
     pub name: String,
-    /// How large it is.
+    /// Size class.
     pub class: SiteClass,
-    /// People who live there.
+    /// Number of inhabitants.
     pub population: u32,
-    /// Height of the land there in metres.
+    /// Height of the land in metres.
     pub height_m: f32,
-    /// Metres east and north.
+    /// Position in metres east and north.
     pub at: [f64; 2],
 }
 
-/// The settlements of an area, and those elsewhere that its roads lead to.
+/// The layer of the settlements in an area, and of those outside it to which roads of the area lead.
 pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
     name: "sites",
     about: "settlements, also those elsewhere that the roads of the region lead to; metres",
@@ -46,7 +46,7 @@ pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
 };
 
 impl SiteFeature {
-    /// A settlement of a world.
+    /// Makes the feature of a settlement.
     pub fn new(world: &World, site: &Site) -> SiteFeature {
         SiteFeature {
             id: site.id,
@@ -62,6 +62,6 @@ impl SiteFeature {
 fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
     let ends = |id: LineId| if let LineId::Road { from, to, .. } = id { vec![from, to] } else { Vec::new() };
     let ends = roads_through(world, area).into_iter().flat_map(|road| ends(road.id));
-    // A road would else lead to a settlement that no table has.
+    // Without the ends of roads, a road could refer to a settlement that is in no table.
     world.sites(area).into_iter().chain(ends.filter_map(|id| world.site(id))).collect()
 }

@@ -1,4 +1,4 @@
-//! Rivers and roads with all that their points know, for what makes splines of them.
+//! Rivers and roads with all values of their points, for writers that make splines of them.
 
 use std::sync::Arc;
 
@@ -7,20 +7,21 @@ use crate::features::lines::line_m;
 use crate::lines::{Line, LineId, LineKind, RoadClass, StructureKind};
 use crate::world::World;
 
-/// A river or a road, whole.
+/// A river or a road, uncut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplineFeature {
-    /// Its name in the world.
+    /// Identifier, unique in the world.
     pub id: LineId,
-    /// What maps call it.
+    /// Name on maps.
     pub name: Option<String>,
-    /// How well it is built, if it is a road between settlements.
+    /// Class of construction, of roads between settlements only.
     pub class: Option<&'static str>,
-    /// Strahler's order at its end, if it is a river of a fluvial world.
+    /// Strahler order at the end, of rivers in fluvial worlds only.
     pub order: Option<i64>,
-    /// Metres east, north and up of each point.
+    /// Points in metres east, north and up.
     pub line: Vec<[f64; 3]>,
-    /// Of each point: metres from edge to edge; discharge in cubic metres a second; and the number of [what carries it](carried).
+    /// Values of each point: width in metres, discharge in cubic metres a second, and the number of the
+    /// [structure](carried) that carries it.
     pub values: Vec<[f64; 3]>,
 }
 
@@ -31,7 +32,7 @@ const COLUMNS: &[Column<SplineFeature>] = &[
     Column::optional("order", Kind::Integer, |line| line.order.into()),
 ];
 
-/// All rivers, of whatever world.
+/// The layer of all rivers, in any kind of world.
 static RIVERS: Layer<Arc<Line>, SplineFeature> = Layer {
     name: "rivers",
     about: "rivers, from source to end, with the height of their surface; metres and m3/s",
@@ -40,11 +41,11 @@ static RIVERS: Layer<Arc<Line>, SplineFeature> = Layer {
     sources: |world, area| world.lines_through(LineKind::River, area),
     key: |line| line.id.to_string().into(),
     feature: of_line,
-    // The values are a second line, of as many points.
+    // The values follow as a second line with the same number of points.
     lines: |line| vec![line.line, line.values],
 };
 
-/// All roads, of whatever world.
+/// The layer of all roads, in any kind of world.
 static ROADS: Layer<Arc<Line>, SplineFeature> = Layer {
     name: "roads",
     about: "roads, with the height of their surface; metres",
@@ -52,13 +53,14 @@ static ROADS: Layer<Arc<Line>, SplineFeature> = Layer {
     ..RIVERS
 };
 
-/// Roads and rivers with their points: the geometry of each is two lines, the second of which has the [values](SplineFeature::values).
+/// Layers of roads and rivers with the values of their points: the geometry of a feature is two lines, of which the
+/// second holds the [values](SplineFeature::values).
 pub const SPLINES: &[&dyn AnyLayer] = &[&ROADS, &RIVERS];
 
-/// The kinds of structures by their numbers.
+/// Kinds of structures, in the order of their numbers.
 const CARRIERS: [StructureKind; 3] = [StructureKind::Bridge, StructureKind::Tunnel, StructureKind::Ford];
 
-/// What carries a point that has such a number: nothing but the land if it is 0.
+/// Returns the structure that carries a point with this number, or `None` for 0, where the line lies on the ground.
 pub fn carried(number: f64) -> Option<StructureKind> {
     CARRIERS.get((number as usize).checked_sub(1)?).copied()
 }

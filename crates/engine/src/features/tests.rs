@@ -1,4 +1,4 @@
-//! What must be true of all layers, whatever they show.
+//! Properties of all layers, whatever their features.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -9,7 +9,7 @@ use crate::area::Area;
 use crate::geometry::LineSegment;
 use crate::preset::Preset;
 
-/// Lakes, a coast, settlements and roads within some hundred vertices of the origin.
+/// A preset with lakes, a coast, settlements and roads within a few hundred vertices of the origin.
 const FLUVIAL: &str = include_str!("../../../../tests/settled.toml");
 
 const AGENTS: &str = "
@@ -34,13 +34,14 @@ fn rows(layer: &dyn AnyLayer, world: &World, area: &Area) -> RowsByKey {
     rows
 }
 
-/// A world with an area around its origin, made once for the tests that look at it.
+/// Returns a fluvial world with an area around its origin. The world is made once and shared by the tests.
 fn fluvial() -> (&'static World, Area) {
     static WORLD: LazyLock<World> = LazyLock::new(|| world(FLUVIAL));
     (&WORLD, Area::new(-256, -256, 385, 385))
 }
 
-/// The rows of each layer in two areas that overlap. The second is asked of a world that remembers nothing of the first.
+/// Returns the rows of each layer in two overlapping areas. The second area is asked of a fresh world, which remembers
+/// nothing of the first.
 fn in_windows(text: &str, (first, one): (&World, Area), other: Area) -> Vec<(&'static dyn AnyLayer, [RowsByKey; 2])> {
     let second = world(text);
     let both = |layer| (layer, [rows(layer, first, &one), rows(layer, &second, &other)]);
@@ -52,7 +53,8 @@ fn a_feature_of_agents_is_the_same_in_every_window() {
     check_windows(in_windows(AGENTS, (&world(AGENTS), Area::new(-96, -64, 193, 161)), Area::new(-10, -33, 400, 65)));
 }
 
-/// The suite has the same of what is written; rows themselves are left to `.ci/run`.
+/// The test suite compares files that were written from windows; this slow comparison of the rows themselves is left to
+/// `.ci/run`.
 #[test]
 #[ignore = "slow for its own sake"]
 fn a_feature_of_fluvial_land_is_the_same_in_every_window() {
@@ -73,7 +75,7 @@ fn check_windows(layers: Vec<(&dyn AnyLayer, [RowsByKey; 2])>) {
     assert!(alone > 0, "the windows are one");
 }
 
-/// What a layer says of its columns is what a row has.
+/// Checks that the values of a row have the types that the layer's columns declare.
 fn check_kinds(layer: &dyn AnyLayer, row: &Row) {
     let heads = layer.heads();
     assert_eq!(heads.len(), row.values.len(), "{}", layer.name());
@@ -99,7 +101,8 @@ fn typed_features_are_found_once_and_sorted() {
     assert!(roads.len() > 2);
     for road in &roads {
         for (id, end) in road.sites.iter().zip([road.line[0], road.line[road.line.len() - 1]]) {
-            // What a road leads to is there, and it ends there or on a road that has cut it; its line is drawn to 25 cm.
+            // The settlement at the end of a road is in the table. The road ends there or on another road that cuts it
+            // short; lines are simplified to 25 cm.
             let site = sites.iter().find(|site| site.id == *id).unwrap_or_else(|| panic!("no {id}"));
             let end = [end[0], end[1]];
             let [x, y] = [end[0], -end[1]].map(|metres| (metres / world.spacing_m()).round() as i64);

@@ -1,11 +1,12 @@
-//! Finding: where in a world there is what somebody looks for, nearest first.
+//! Finding: searches a world for the things of a query, nearest first.
 //!
 //! ```text
-//! "lake > 2 km2" --> Query --> blocks by their distance --> what may be there, from afar --> what is there --> Found
+//! "lake > 2 km2" --> Query --> blocks by distance --> candidates at a coarse stride --> exact check --> Found
 //! ```
 //!
-//! The world is looked at block by block, away from a place, until there is enough. What costs much to know is asked of the
-//! same world at the nodes of a stride first, and of every vertex only where it may be so.
+//! The search goes through the world block by block, outwards from a place, until it has found enough. Expensive
+//! properties are first looked up in the same world at a coarse stride, and at every vertex only where that shows a
+//! candidate.
 
 mod name;
 mod query;
@@ -26,45 +27,48 @@ use crate::world::World;
 pub use name::{SETTLEMENTS_KM, THINGS_KM, named, named_in};
 pub use query::{Beside, Bound, Measure, Query, Sign, Thing};
 
-/// Kilometres a side of a block.
+/// Side of a block in kilometres.
 const BLOCK_KM: f64 = 12.0;
 
-/// Bytes that a world of its own and those from afar remember at most.
+/// Memory in bytes for the cache of a finder's own world, shared with its coarse copies.
 const REMEMBERED: usize = 384 << 20;
 
-/// Metres within which a thing is beside another.
+/// Distance in metres within which two things are beside each other.
 const BESIDE_M: f64 = 500.0;
 
-/// Vertices from a node to the next of the world from afar, at most, and nodes that the least lake is wide there, about.
+/// Largest stride of the coarse world in vertices, and approximate number of nodes across the smallest lake that is
+/// searched for.
 const COARSEST: u64 = 16;
 const LAKE_NODES: f64 = 12.0;
 
-/// The share of an area that a lake has from afar at least, and of the world's range of heights by which a peak is lower.
+/// Tolerances of the coarse world: a lake shows at least this share of its area, and a peak may appear lower by this
+/// share of the world's range of heights.
 const LEAST_AREA: f64 = 0.6;
 const LOWER: f32 = 0.05;
 
-/// Kilometres that are baked around something at least.
+/// Least width in kilometres of the area to bake around a found thing.
 const LEAST_AROUND_KM: f64 = 5.0;
 
-/// Something that was looked for.
+/// A thing that a search has found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Its name in the world.
+    /// Identifier, unique in the world.
     pub id: String,
-    /// Its name on a map; none in a world without places.
+    /// Name on maps; `None` in a world without places.
     pub name: Option<String>,
-    /// Kilometres east and north of the origin: of its middle, and of a river where it is nearest.
+    /// Position in kilometres east and north of the origin: the middle of the thing, and for a river its nearest point.
     pub at_km: [f64; 2],
-    /// Kilometres from where it was looked for.
+    /// Distance in kilometres from the place where the search began.
     pub distance_km: f64,
-    /// Kilometres that it is wide or high, and as much around it.
+    /// Side in kilometres of an area that shows the thing with as much land around it.
     pub around_km: f64,
-    /// What it measures.
+    /// Measures of the thing.
     pub values: Vec<(Measure, f64)>,
 }
 
 impl Found {
-    /// Something between two corners in metres east and north, as seen from a place in kilometres.
+    /// Describes a thing with the bounding box `low` to `high` in metres east and north, as found from a place in
+    /// kilometres.
     fn new(
         id: String,
         name: Option<String>,
@@ -89,7 +93,7 @@ fn peak_found(peak: PeakFeature, near_km: [f64; 2]) -> Found {
     Found::new(peak.id, peak.name, [peak.at; 2], near_km, vec![(Measure::Height, f64::from(peak.height_m))])
 }
 
-/// A river where it is nearest and has so much water, if it has.
+/// Finds the nearest point of a river with at least this discharge, if it has one.
 fn river_found(river: &Line, least_m3s: f64, near_km: [f64; 2]) -> Option<Found> {
     let place = |point: &LinePoint| {
         let [x, y] = river.place_from([0, 0], point);
@@ -103,7 +107,7 @@ fn river_found(river: &Line, least_m3s: f64, near_km: [f64; 2]) -> Option<Found>
     Some(Found::new(river.id.to_string(), river.name.clone(), [at; 2], near_km, values))
 }
 
-/// A world as it is searched.
+/// A world prepared for searches.
 #[derive(Debug)]
 pub struct Finder {
     world: Arc<World>,
@@ -111,18 +115,18 @@ pub struct Finder {
 }
 
 impl Finder {
-    /// What finds things in the world of a preset.
+    /// Creates a finder in the world of a preset.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range, or its relief is noise, which knows of no things.
+    /// When a value of the preset is out of its range, or when the relief is noise, in which nothing can be found.
     pub fn new(preset: Preset, seed: Option<u64>) -> Result<Finder, Error> {
         Finder::of_world(Arc::new(World::new(preset, seed)?.within(&Budget::new(REMEMBERED))))
     }
 
-    /// What finds things in a world.
+    /// Creates a finder in an existing world.
     ///
     /// # Errors
-    /// When its relief is noise, which knows of no things.
+    /// When the relief is noise, in which nothing can be found.
     pub fn of_world(world: Arc<World>) -> Result<Finder, Error> {
         if world.relief().fluvial().is_none() {
             return Err(Error::Option {
@@ -133,15 +137,16 @@ impl Finder {
         Ok(Finder { world, afar: BTreeMap::new() })
     }
 
-    /// The world that is searched.
+    /// Returns the searched world.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// At most `limit` things within so many kilometres of a place, nearest first: in kilometres east and north.
+    /// Finds at most `limit` things within a radius of a place, nearest first. The place is given in kilometres east
+    /// and north.
     ///
     /// # Errors
-    /// When the way leads out of the coordinates.
+    /// When the radius reaches beyond the largest coordinates.
     pub fn find(
         &mut self,
         query: &Query,
@@ -163,7 +168,8 @@ impl Finder {
         }
         let afar = self.afar.get(&stride);
         let search = Search { world: &self.world, afar, query, near_km };
-        // Quarters of it are whole nodes of all strides.
+        // Blocks are a multiple of four times the coarsest stride, so that their quarters consist of whole nodes at
+        // every stride.
         let whole = 4 * COARSEST as i64;
         let side = ((BLOCK_KM / spacing_km) as i64).div_euclid(whole).max(1) * whole;
         let block_km = side as f64 * spacing_km;
@@ -171,7 +177,8 @@ impl Finder {
         let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
         let mut found: BTreeMap<String, Found> = BTreeMap::new();
         let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
-        // Rings of blocks, of which each is further than the one before: all blocks at once might be more than memory has.
+        // Goes through rings of blocks, each farther out than the last, because all blocks at once may not fit into
+        // memory.
         let middle = near_km.map(|km| (km / block_km).floor() as i64);
         for ring in 0..count[0].max(count[1]) as i64 {
             let mut blocks: Vec<[i64; 2]> = Vec::new();
@@ -188,7 +195,7 @@ impl Finder {
             let all: Vec<Vec<Found>> = blocks.par_iter().map(here).collect();
             let near = all.into_iter().flatten().filter(|found| found.distance_km <= radius_km);
             found.extend(near.map(|found| (found.id.clone(), found)));
-            // Nothing beyond this ring is nearer than that.
+            // Nothing outside the rings searched so far is nearer than this.
             let sure_km = ring as f64 * block_km;
             if found.values().filter(|found| found.distance_km <= sure_km).count() >= limit {
                 break;
@@ -200,7 +207,7 @@ impl Finder {
         Ok(found)
     }
 
-    /// The stride at which what is looked for is seen from afar.
+    /// Returns the stride of the coarse world in which candidates for a query are searched.
     fn stride(&self, query: &Query) -> Stride {
         let node_m = match query.thing {
             Thing::Lake => (query.least(Measure::Area).unwrap_or(0.0) * 1e6).sqrt() / LAKE_NODES,
@@ -221,7 +228,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Kilometres to the nearest place of a block, east and north.
+    /// Returns the distance in kilometres to the nearest point of a block.
     fn distance_km(&self, block: [i64; 2], block_km: f64) -> f64 {
         length([0, 1].map(|axis| {
             let low = block[axis] as f64 * block_km;
@@ -229,9 +236,9 @@ impl Search<'_> {
         }))
     }
 
-    /// What is in a block, or sticks out of it.
+    /// Finds the things that lie in a block or reach into it.
     fn block(&self, [x, y]: [i64; 2], side: i64) -> Vec<Found> {
-        // Rows count to the south.
+        // Rows of vertices count southwards.
         let area = Area::new(x * side, -(y + 1) * side, side as usize, side as usize);
         match self.query.thing {
             Thing::Lake => self.lakes(area),
@@ -249,7 +256,8 @@ impl Search<'_> {
                 let stride = afar.stride().vertices();
                 let large = afar.lakes(&in_nodes(area, stride));
                 let large = large.iter().filter(|lake| lake.area_m2 >= LEAST_AREA * least_m2);
-                // A place on its shore: there the lake itself is, or not far from it.
+                // Only the surroundings of one shore point are searched at full resolution: the lake lies there or very
+                // near.
                 let shore = large.map(|lake| lake.rings[0][0].map(|at| at as i64 * stride));
                 shore.map(|[x, y]| Area::new(x, y, 1, 1).padded(2 * stride as usize)).collect()
             }
@@ -292,13 +300,13 @@ impl Search<'_> {
         found.filter(|found| self.is_asked_for(found)).collect()
     }
 
-    /// Whether something is as was asked for.
+    /// True if a found thing fulfils the query.
     fn is_asked_for(&self, found: &Found) -> bool {
         let at_m = found.at_km.map(|km| km * 1000.0);
         self.query.keeps(&found.values) && self.query.beside.is_none_or(|beside| self.is_beside(beside, at_m))
     }
 
-    /// Whether something lies beside a place in metres east and north.
+    /// True if a thing of the kind `beside` lies near a place in metres east and north.
     fn is_beside(&self, beside: Beside, at: [f64; 2]) -> bool {
         let spacing_m = self.world.spacing_m();
         let [x, y] = [at[0], -at[1]].map(|m| (m / spacing_m).round() as i64);
@@ -311,13 +319,13 @@ impl Search<'_> {
     }
 }
 
-/// The nodes of a stride that lie in an area of vertices, whose corners are nodes.
+/// Converts an area of vertices, whose corners are nodes of the stride, to an area of nodes.
 fn in_nodes(area: Area, stride: i64) -> Area {
     let Area { x0, y0, x1, y1 } = area;
     Area { x0: x0 / stride, y0: y0 / stride, x1: x1 / stride, y1: y1 / stride }
 }
 
-/// The corners of the least rectangle around places.
+/// Returns the corners of the bounding box of some places.
 fn middle_of(places: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let fold = |start: f64, pick: fn(f64, f64) -> f64| {
         [0, 1].map(|axis| places.iter().map(|place| place[axis]).fold(start, pick))

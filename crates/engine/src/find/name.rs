@@ -1,7 +1,8 @@
 //! Finding by name.
 //!
-//! A name goes by numbers: of the cell of a settlement or a peak, of the channel that a river or a lake begins in. So the names of all that
-//! may be there are known without any land, and land is made only to see whether something is there that has the right one.
+//! A name follows from numbers: from the cell of a settlement or a peak, or from the channel in which a river or a lake
+//! begins. So the names of all possible things are known without making any land. Land is made only to check whether
+//! the thing with the right name exists.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -20,39 +21,39 @@ use crate::preset::Preset;
 use crate::stop;
 use crate::world::World;
 
-/// Kilometres within which settlements are looked for.
+/// Radius in kilometres of the search for settlements.
 pub const SETTLEMENTS_KM: f64 = 300.0;
-/// Kilometres within which lakes, rivers and peaks are looked for: there are many more of them.
+/// Radius in kilometres of the search for lakes, rivers and peaks, of which there are many more.
 pub const THINGS_KM: f64 = 30.0;
 
-/// Names that are told of where none is right, at most.
+/// Largest number of similar names that are suggested when no name matches.
 const NEARLY: usize = 4;
-/// Things that are looked at for these at most.
+/// Largest number of candidates that are checked for these suggestions.
 const MOST_LOOKS: usize = 32;
-/// Bytes of land that looks may make. After that only large rivers are looked at, which need the least land, and things whose names are
-/// nearly the same as the wrong one.
+/// Bytes of land that these checks may make. After that, only large rivers are checked, which need the least land, and
+/// things whose names differ by a typing slip.
 const MOST_LAND: u64 = 12 << 20;
-/// Levels of the network whose rivers count as large.
+/// Levels of the channel network whose rivers count as large.
 const LARGE: Range<u32> = 0..3;
-/// A name is nearly the same as another with at most one wrong letter in so many.
+/// Letters per typing mistake: a name is a slip of another if at most one letter in this many is wrong.
 const LETTERS_A_SLIP: usize = 5;
 
-/// Likeness (0 to 1, where 1 is the same name) that a name loses if it lies as far away as settlements are looked for, since
-/// most people mistype the name of something nearby.
+/// Penalty on the likeness of a name (0 to 1, where 1 is the same name) at the distance `SETTLEMENTS_KM`, and
+/// proportionally less nearer, since most people mistype the name of something nearby.
 const FAR: f64 = 0.3;
 
-/// Something that may be there.
+/// A thing that may exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum MayBe {
     Settlement(SiteId),
     Lake(LakeId),
-    /// By the channel in which its course begins.
+    /// Identified by the channel in which its course begins.
     River(ChannelId),
-    /// By its cell.
+    /// Identified by its cell.
     Peak((i64, i64)),
 }
 
-/// What something would be called if it is there, and about how many kilometres off it is.
+/// A possible thing with the name that it would have, and its approximate distance in kilometres.
 #[derive(Debug)]
 struct Called {
     thing: MayBe,
@@ -60,19 +61,19 @@ struct Called {
     off_km: f64,
 }
 
-/// What has a name in the world of a preset, whatever its letters' case: the settlement that is nearest to a place in kilometres east
-/// and north, or else the lake, river or peak.
+/// Finds the thing with a name in the world of a preset, ignoring case: of the settlements the one nearest to a place
+/// in kilometres east and north; if there is none, the nearest lake, river or peak.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this one; the hint has those nearby that are most like it.
+/// When the world has no names, or nothing has this name; the hint suggests similar names of things nearby.
 pub fn named(preset: Preset, seed: Option<u64>, name: &str, near_km: [f64; 2]) -> Result<Found, Error> {
     named_in(&Finder::new(preset, seed)?, name, near_km)
 }
 
-/// As [`named`] does, looks for a name in the world of a finder, which keeps what it has found out about the land.
+/// Finds the thing with a name as [`named`] does, but in the world of a finder, which caches the land that it makes.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this one.
+/// When the world has no names, or nothing has this name.
 pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2]) -> Result<Found, Error> {
     let world = finder.world();
     if world.names().is_none() {
@@ -102,7 +103,7 @@ pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2]) -> Result<Found,
     })
 }
 
-/// Names of things that are there, most like one that is not.
+/// Returns the names of existing things that are most like the `wanted` name, which nothing has.
 fn alike(world: &World, all: &[Called], wanted: &str, near_km: [f64; 2]) -> Vec<String> {
     let score = |called: &Called| {
         let likeness = strsim::jaro_winkler(&called.name.to_lowercase(), wanted);
@@ -132,14 +133,14 @@ fn alike(world: &World, all: &[Called], wanted: &str, near_km: [f64; 2]) -> Vec<
     names
 }
 
-/// All that may be there, settlements first, each kind nearest first.
+/// Returns all things that may exist near a place: settlements first, each group nearest first.
 fn all(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     let mut all = settlements(world, near_km);
     all.extend(things(world, near_km));
     all
 }
 
-/// The settlements that may be near a place.
+/// Returns the settlements that may exist near a place.
 fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     let Some(places) = world.places() else { return Vec::new() };
     let cells = cells(world, places.site_side(), near_km, SETTLEMENTS_KM);
@@ -151,7 +152,7 @@ fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     called.collect()
 }
 
-/// The lakes, rivers and peaks that may be near a place.
+/// Returns the lakes, rivers and peaks that may exist near a place.
 fn things(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     let Some((fluvial, names)) = world.relief().fluvial().zip(world.names()) else { return Vec::new() };
     let mut things = Vec::new();
@@ -169,7 +170,7 @@ fn things(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     let side = peaks::side(fluvial);
     things.par_extend(cells(world, side, near_km, THINGS_KM).into_par_iter().flat_map_iter(|([x, y], off_km)| {
         stop::check();
-        // Its name goes by where it is in its cell too.
+        // The name also depends on the peak's position within its cell, so all names that it could have are listed.
         let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| [(x + i) * side - i, (y + j) * side - j]);
         let called: BTreeSet<String> = corners.iter().map(|at| names.peak(*at, &[x, y])).collect();
         called.into_iter().map(move |name| Called { thing: MayBe::Peak((x, y)), name, off_km })
@@ -178,11 +179,11 @@ fn things(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     things
 }
 
-/// The cells of a lattice, of so many vertices a side, whose middles lie within some kilometres of a place, and how far off they are:
-/// nearest first.
+/// Returns the cells of a lattice whose centres lie within a radius of a place, with their distances in kilometres,
+/// nearest first. `side` is the width of a cell in vertices.
 fn cells(world: &World, side: i64, [east, north]: [f64; 2], radius_km: f64) -> Vec<([i64; 2], f64)> {
     let side_km = side as f64 * world.spacing_m() / 1000.0;
-    // Rows count to the south.
+    // Rows of vertices count southwards.
     let near_km = [east, -north];
     let span = |axis: usize| {
         let at = |by: f64| ((near_km[axis] + by) / side_km).floor() as i64;
@@ -201,7 +202,7 @@ impl Called {
         matches!(self.thing, MayBe::River((level, ..)) if LARGE.contains(&level))
     }
 
-    /// The thing, if it is there and called so.
+    /// Checks that the thing exists and has this name, and returns it.
     fn found(&self, world: &World, near_km: [f64; 2]) -> Option<Found> {
         stop::check();
         let found = match self.thing {
@@ -224,7 +225,7 @@ impl Called {
     }
 }
 
-/// The settlement of a cell, if it has one.
+/// Finds the settlement of a cell, if there is one.
 fn site_found(world: &World, id: SiteId, near_km: [f64; 2]) -> Option<Found> {
     let site = world.site(id)?;
     let spacing_m = world.spacing_m();
@@ -250,7 +251,7 @@ mod tests {
         let area = Area::new(-1500, -1500, 3000, 3000);
         let lake = &LAKES.find(&known, &area)[0];
         let peak = &PEAKS.find(&known, &area)[0];
-        // All lakes that are there are among those that may be.
+        // Every lake that exists must be among the possible lakes.
         let lakes: BTreeSet<String> = all(&known, [0.0; 2])
             .into_iter()
             .filter_map(|called| matches!(called.thing, MayBe::Lake(_)).then_some(called.name))
@@ -261,7 +262,8 @@ mod tests {
         let site = &known.sites(&area)[0];
         for name in [lake.name.clone(), peak.name.clone(), river.name.clone(), Some(site.name.clone())] {
             let name = name.expect("things of this world have names");
-            // In another world, which knows nothing yet; something else may have the same name, nearer to the origin.
+            // Searched in another world, whose caches are empty. Another thing nearer to the origin may have the same
+            // name.
             let found = named(known.preset().clone(), Some(11), &name.to_uppercase(), [0.0; 2]).unwrap();
             assert!(found.name.as_ref() == Some(&name) && found.distance_km < 60.0, "{name}: {found:?}");
         }

@@ -1,4 +1,4 @@
-//! What is looked for: a thing, what it is beside, and what it measures.
+//! Queries: the kind of thing to find, its neighbourhood, and bounds on its measures.
 
 use std::str::FromStr;
 
@@ -14,11 +14,11 @@ pub enum Thing {
     Peak,
     /// A river.
     River,
-    /// A settlement, of that class if one is named.
+    /// A settlement; of one class only, if it is given.
     Site(Option<SiteClass>),
 }
 
-/// What a thing may be beside.
+/// Water beside which a thing may have to lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beside {
     /// A river.
@@ -29,23 +29,23 @@ pub enum Beside {
     Sea,
 }
 
-/// What is measured of a thing, in the units of [`Measure::unit`].
+/// A property of a thing, in the unit that [`Measure::unit`] names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// Square kilometres of a lake, without its islands.
+    /// Area of a lake in square kilometres, without its islands.
     Area,
-    /// Metres above zero of a peak, of a lake's surface, or of the ground of a settlement.
+    /// Height in metres above zero of a peak, of a lake's surface, or of the ground of a settlement.
     Height,
-    /// Kilometres of a river from end to end.
+    /// Length of a river in kilometres.
     Length,
-    /// Cubic metres a second of a river at its end.
+    /// Discharge of a river at its end, in cubic metres a second.
     Discharge,
-    /// People of a settlement.
+    /// Number of inhabitants of a settlement.
     Population,
 }
 
 impl Measure {
-    /// The unit that it is asked for and told in.
+    /// Returns the unit of this measure in queries and in results.
     pub fn unit(self) -> &'static str {
         match self {
             Measure::Area => "km2",
@@ -56,7 +56,7 @@ impl Measure {
         }
     }
 
-    /// All that are known of a thing.
+    /// Returns all measures of a kind of thing.
     pub fn of(thing: Thing) -> &'static [Measure] {
         match thing {
             Thing::Lake => &[Measure::Area, Measure::Height],
@@ -67,7 +67,7 @@ impl Measure {
     }
 }
 
-/// How a measure is bound.
+/// Comparison operator of a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// `>`
@@ -83,16 +83,16 @@ pub enum Sign {
 /// A bound on a measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// What is bounded.
+    /// Measure that is bounded.
     pub measure: Measure,
-    /// To which side.
+    /// Comparison of the measure with the limit.
     pub sign: Sign,
-    /// By how much, in the measure's unit.
+    /// Limit, in the measure's unit.
     pub than: f64,
 }
 
 impl Bound {
-    /// Whether a value of the measure keeps it.
+    /// True if a value of the measure is within the bound.
     fn keeps(&self, value: f64) -> bool {
         match self.sign {
             Sign::More => value > self.than,
@@ -103,35 +103,35 @@ impl Bound {
     }
 }
 
-/// What somebody looks for, such as `lake > 2 km2`, `peak > 3500 m < 3800 m` or `town on river`.
+/// A search request, such as `lake > 2 km2`, `peak > 3500 m < 3800 m` or `town on river`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Query {
-    /// As it was written.
+    /// Text of the query as it was written.
     pub text: String,
-    /// What.
+    /// Kind of thing to find.
     pub thing: Thing,
-    /// What it is beside, if that matters.
+    /// Water beside which the thing must lie, if the query names any.
     pub beside: Option<Beside>,
-    /// What it measures.
+    /// Bounds on the thing's measures.
     pub bounds: Vec<Bound>,
 }
 
 impl Query {
-    /// Whether measures keep the bounds.
+    /// True if the measured values are within all bounds.
     pub fn keeps(&self, values: &[(Measure, f64)]) -> bool {
         let is_kept =
             |bound: &Bound| values.iter().any(|(measure, value)| *measure == bound.measure && bound.keeps(*value));
         self.bounds.iter().all(is_kept)
     }
 
-    /// What a measure is at least, if that is asked for.
+    /// Returns the largest lower bound on a measure, if there is one.
     pub fn least(&self, measure: Measure) -> Option<f64> {
         let is_lower = |bound: &&Bound| bound.measure == measure && matches!(bound.sign, Sign::More | Sign::AtLeast);
         self.bounds.iter().filter(is_lower).map(|bound| bound.than).max_by(f64::total_cmp)
     }
 }
 
-/// The words of a query, in small letters: signs are words of their own, however close they stand.
+/// Splits a query into words in lower case. Comparison signs are words of their own even without spaces around them.
 fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.to_lowercase().replace('\u{2265}', ">=").replace('\u{2264}', "<=").split_whitespace() {
@@ -148,20 +148,20 @@ fn words(text: &str) -> Vec<String> {
     words
 }
 
-/// Whether a word leads on to what a thing is beside, or to a bound.
+/// True if a word begins an "on river" clause or a bound.
 fn leads_on(word: &str) -> bool {
     ["on", "by"].contains(&word) || word.starts_with(['<', '>', '='])
 }
 
-/// A number as it was written, and half of its last digit's worth: `3.5` is 3.5 and 0.05.
+/// Parses a number and returns it with half the value of its last digit: `3.5` gives 3.5 and 0.05.
 fn number(text: &str) -> Option<(f64, f64)> {
     let value = text.parse().ok().filter(|value: &f64| value.is_finite())?;
     let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     Some((value, 0.5 / (0..decimals).fold(1.0, |power, _| power * 10.0)))
 }
 
-/// What a unit measures of a thing, and how a number of it becomes one of the measure's unit: times and divided by. Without a
-/// unit it is the thing's first measure.
+/// Returns the measure that a unit stands for, and the multiplier and divisor that convert to the measure's own unit.
+/// An empty unit stands for the thing's first measure.
 fn unit(thing: Thing, unit: &str) -> Option<(Measure, f64, f64)> {
     let (unit, times, per) = match (unit, thing) {
         ("m2" | "m\u{b2}", _) => ("km2", 1.0, 1e6),
@@ -177,7 +177,7 @@ fn unit(thing: Thing, unit: &str) -> Option<(Measure, f64, f64)> {
     measure.map(|measure| (*measure, times, per))
 }
 
-/// The units in which something of a thing can be given.
+/// Lists the units in which measures of a thing can be given, for error messages.
 fn units(thing: Thing) -> &'static str {
     match thing {
         Thing::Lake => "m2, ha or km2, or m or km of height",
@@ -188,7 +188,7 @@ fn units(thing: Thing) -> &'static str {
 }
 
 impl Thing {
-    /// The word for one of it.
+    /// Returns the word for this kind of thing, in the singular.
     pub fn name(self) -> &'static str {
         match self {
             Thing::Lake => "lake",
@@ -199,7 +199,7 @@ impl Thing {
         }
     }
 
-    /// What a word stands for, of one or of many.
+    /// Returns the kind of thing that a word names, in the singular or plural.
     fn of(word: &str) -> Option<Thing> {
         Some(match word {
             "lake" | "lakes" => Thing::Lake,
@@ -214,13 +214,13 @@ impl Thing {
     }
 }
 
-/// How a query is written, in a sentence.
+/// Grammar of a query in one sentence, for error messages.
 const GRAMMAR: &str = "write a thing (lake, peak, river, place, hamlet, village, town), perhaps \"on river\", \"on lake\" or \
     \"on sea\", and bounds: >, >=, <, <= or = and a number of m2, ha, km2, m, km, m3/s or people; such as \"lakes > 20000 m2\", \
     \"peak >= 3500 m\" or \"town on river\"";
 
 impl Query {
-    /// Whether a text is written as a query is, right or wrong, and not as a name, which may begin with the same word:
+    /// True if a text is meant as a query, even a wrong one, and not as a name. A name may begin with the same word:
     /// `Lake Brond`.
     pub fn is_meant(text: &str) -> bool {
         let words = words(text);
@@ -275,7 +275,7 @@ impl FromStr for Query {
                 ">=" => bound(Sign::AtLeast, than),
                 "<" => bound(Sign::Less, than),
                 "<=" => bound(Sign::AtMost, than),
-                // As nearly as the number says.
+                // `=` accepts every value that rounds to the given number.
                 _ => {
                     bound(Sign::AtLeast, than - half);
                     bound(Sign::Less, than + half);

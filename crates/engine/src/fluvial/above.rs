@@ -1,7 +1,7 @@
-//! What is above a level: the segments of its coarser levels, by place.
+//! The segments of the levels above a level, found by place.
 //!
-//! Whoever makes a channel asks for those around it, and most ask for the same ones. So each is made once, in the patch that
-//! holds its middle, and what is around a channel is a list of patches.
+//! To make a channel, the segments around it are needed, and many channels need the same ones. So each segment is made
+//! once, in the patch that holds its middle, and the surroundings of a channel are a list of patches.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -16,15 +16,15 @@ use crate::geometry::length;
 use crate::lines::ChannelId;
 use crate::memory::heap_bytes;
 
-/// Cells of the trunk lattice a side of the squares from whose corners places in patches are told: small numbers, with room
-/// for fractions, and yet hardly a patch is made from two corners.
+/// Side, in cells of the trunk lattice, of the squares whose corners are the origins of places in patches. Such places
+/// are small numbers with room for fractions, and few patches are made with two different origins.
 const ORIGIN_CELLS: i64 = 1 << 10;
 
-/// Segments of a group, about, and groups along a side of a patch at most.
+/// Number of segments in a group, about, and most groups along a side of a patch.
 const GROUP: usize = 4;
 const MOST_GROUPS: usize = 32;
 
-/// The id of a patch: a cell of a level's lattice, and where its places are told from.
+/// The id of a patch: a cell of a level's lattice, and the origin of the patch's places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PatchId {
     /// The level of its channels.
@@ -36,20 +36,20 @@ pub struct PatchId {
 /// The segments of a level whose middles lie in one cell of its lattice.
 #[derive(Debug)]
 pub struct Patch {
-    /// The channels that they belong to.
+    /// The channels to which the segments belong.
     channels: Vec<ChannelId>,
-    /// The segments, group by group, and in each of the channels' and from their heads down.
+    /// The segments, group by group; within a group in the order of channels, and from their heads down.
     segments: Vec<Segment>,
-    /// Those that lie close together.
+    /// Groups of segments that lie close together.
     groups: Vec<Group>,
-    /// What all have in common.
+    /// Bounds of all segments.
     bounds: Bounds,
 }
 
 /// Segments of a patch that lie close together.
 #[derive(Debug)]
 struct Group {
-    /// The place of the first one, and that behind the last.
+    /// Indices of the group's first segment and of the one after its last.
     places: [u32; 2],
     bounds: Bounds,
 }
@@ -58,33 +58,34 @@ heap_bytes!(ChannelId);
 heap_bytes!(Group);
 heap_bytes!(Patch: channels, segments, groups);
 
-/// What of the levels above is asked for in a rectangle.
+/// The kind of segments that are asked for in a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// The lines that touch it.
+    /// Channels whose lines touch the rectangle.
     Lines,
-    /// The channels whose sides may be lowest in it, and their lines.
+    /// Channels whose valley sides may be lowest in the rectangle, and their lines.
     Sides,
 }
 
-/// Whom to ask for what is above a level.
+/// A source of channels, and of the segments above a level.
 pub trait AsksAbove {
-    /// What of the levels above one is asked for in a rectangle.
+    /// Returns the segments of the levels above `level` that are asked for in a rectangle.
     fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above;
 
     /// The channel of an id, if there is one.
     fn channel(&self, id: ChannelId) -> Option<Arc<Channel>>;
 }
 
-/// Where places near a point are told from.
+/// Returns the origin of places near a point.
 pub fn origin(fields: &Fields, at: Point) -> Point {
     let grains = ORIGIN_CELLS * fields.side(0);
-    // The nearest corner: where the world is asked about most, around its own origin, that is one.
+    // The nearest corner, so that around the world's own origin, which is asked about most, all places have the same
+    // origin.
     let nearest = |at: i64| (at + grains / 2).div_euclid(grains) * grains;
     Point { x: nearest(at.x), y: nearest(at.y) }
 }
 
-/// The patches of a level whose segments may be what is asked for in a rectangle.
+/// Returns the patches of a level that may hold segments asked for in a rectangle.
 pub fn patches(
     fields: &Fields,
     level: u32,
@@ -96,14 +97,14 @@ pub fn patches(
         Asked::Lines => 0.0,
         Asked::Sides => widened(lake::most_sunk(fields, level), fields.widest_trough(level)),
     };
-    // A line that touches it has its middle no further off than half of its length.
+    // The middle of a line that touches the rectangle is at most half of the line's length away.
     let reach = sides + 0.5 * fields.longest_segment(level);
     let cells = fields.cells(level, [low.moved([-reach; 2]), high.moved([reach; 2])]);
     cells.map(move |(level, x, y)| PatchId { level, cell: (x, y), origin })
 }
 
 impl PatchId {
-    /// The corners of its cell.
+    /// Returns the corners of the patch's cell.
     pub fn square(self, fields: &Fields) -> [Point; 2] {
         let side = fields.side(self.level);
         let low = Point { x: self.cell.0 * side, y: self.cell.1 * side };
@@ -112,7 +113,7 @@ impl PatchId {
 }
 
 impl Patch {
-    /// The patch, given how to see all channels of its level that touch its square.
+    /// Makes a patch. `channels_in` visits all channels of its level that touch its square.
     pub fn new(fields: &Fields, id: PatchId, channels_in: impl FnOnce(&mut dyn FnMut(&Arc<Channel>))) -> Patch {
         let square = id.square(fields);
         let [low, high] = square.map(|corner| corner.from(id.origin));
@@ -122,7 +123,7 @@ impl Patch {
                 return;
             }
             let is_own = |[from, to]: [[f64; 2]; 2]| {
-                // A cell has its north-western edges only, so that each middle lies in one.
+                // A cell includes its northern and western edges only, so each middle lies in exactly one cell.
                 [0, 1].into_iter().all(|axis| {
                     let twice = from[axis] + to[axis];
                     2.0 * low[axis] <= twice && twice < 2.0 * high[axis]
@@ -134,7 +135,7 @@ impl Patch {
                 channels.push(channel.id);
             }
         });
-        // By the cells of a raster, what lies close together comes to lie so here.
+        // Sorted by the cells of a raster, so that segments close together are neighbours in the list too.
         let side = segments.len().div_ceil(GROUP).isqrt().clamp(1, MOST_GROUPS);
         let cell = (high[0] - low[0]) / side as f64;
         let cell_of = |segment: &Segment| {
@@ -168,19 +169,20 @@ pub struct Near<'a> {
     pub segment: &'a Segment,
 }
 
-/// The segments of the levels above one, around a place.
+/// The segments of the levels above a level, around a place.
 #[derive(Debug)]
 pub struct Above {
-    /// What their lines are relative to.
+    /// The origin of the segments' lines.
     pub origin: Point,
-    /// The patches that hold them, level by level.
+    /// The patches that hold the segments, level by level.
     pub patches: Vec<Arc<Patch>>,
 }
 
 impl Above {
-    /// The segments of all groups that may matter by their bounds, in the order of patches and their groups.
+    /// Returns the segments of all groups whose bounds `may_matter` accepts, in the order of patches and their groups.
     ///
-    /// Groups are asked about one after the other, so what is known from those before may decide about the next.
+    /// The iterator is lazy: `may_matter` is called for each group in turn, so results from earlier groups can rule out
+    /// later ones.
     pub fn of_groups(&self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = Near<'_>> {
         let patches = self.patches.iter().filter(move |patch| !patch.groups.is_empty() && may_matter(&patch.bounds));
         patches.flat_map(move |patch| {
@@ -194,7 +196,7 @@ impl Above {
         })
     }
 
-    /// The segments whose bounding rectangles overlap one.
+    /// Returns the segments whose bounding boxes overlap a rectangle.
     pub fn overlapping(&self, rectangle: [[f64; 2]; 2]) -> impl Iterator<Item = &Segment> {
         let overlaps = move |bounds: &Bounds| bounds.overlaps(rectangle, 0.0);
         self.of_groups(overlaps).map(|near| near.segment).filter(move |segment| {
@@ -204,7 +206,8 @@ impl Above {
         })
     }
 
-    /// The segment that is nearest to a place, of those that may come so near to it, and the square of how far away it is.
+    /// Returns the segment nearest to a place, among those that may come within `distance` grains of it, with the
+    /// square of its distance.
     pub fn nearest(&self, place: [f64; 2], distance: f64) -> Option<(f64, Near<'_>)> {
         let least = Cell::new(f64::INFINITY);
         let may_be_nearer =
@@ -220,8 +223,8 @@ impl Above {
         nearest.map(|near| (least.get(), near))
     }
 
-    /// The segment whose side is lowest at a place, of those that may come so near to it, and the height of that side in
-    /// metres, where hillsides rise so many metres a grain.
+    /// Returns the segment whose side is lowest at a place, among those that may come within `distance` grains of it,
+    /// with the height of that side in metres. `slope` is the rise of hillsides in metres a grain.
     pub fn lowest_side(&self, place: [f64; 2], slope: f64, distance: f64) -> Option<(f64, Near<'_>)> {
         let least_m = Cell::new(f64::INFINITY);
         let may_be_lower = |bounds: &Bounds| {
@@ -239,8 +242,8 @@ impl Above {
         lowest.map(|near| (least_m.get(), near))
     }
 
-    /// The segments whose sides have risen less, at a place, than that of a brook without a floor does within so many
-    /// grains, of those groups that may matter.
+    /// Returns the segments, of groups that `may_matter` accepts, whose sides have risen less at a place than the side
+    /// of a brook without a floor rises over `brook` grains.
     pub fn beneath(
         &self,
         place: [f64; 2],
@@ -273,7 +276,7 @@ mod tests {
         let all = fluvial.network().segments(ShownChannels::whole(2), square, origin, Reach::even(3.0 * cell));
         let name = |segment: &Segment| (all.channels[segment.channel as usize].id, segment.knot);
         let slope = fluvial.fields().least_hill_slope() * fluvial.fields().metres_a_grain();
-        // In the square, at its edge, and where hardly a segment is.
+        // Places in the square, at its edge, and where there are hardly any segments.
         for place in [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [0.0, 6.0], [4.5, 1.0]] {
             let at = corner.moved(place.map(|at| at * cell));
             let place = at.from(origin);

@@ -1,7 +1,8 @@
-//! Barriers: bars of sand that waves have laid across the mouths of drowned valleys. What lies behind one is a lagoon.
+//! Barriers: sand bars that waves have laid across the mouths of drowned valleys. The water behind a barrier is a
+//! lagoon.
 //!
-//! A barrier runs from one side of the valley to the other, a little bowed towards the land, with an inlet at the bed of the
-//! river. It raises the floor of the valley, and nothing that is higher.
+//! A barrier runs from one side of the valley to the other, slightly bowed towards the land, with an inlet at the bed
+//! of the river. It raises the floor of the valley only: higher land stays as it is.
 
 use std::sync::Arc;
 
@@ -22,84 +23,89 @@ pub struct Barriers {
     fields: Arc<Fields>,
     seed: u64,
     spacing_m: f64,
-    /// What makes them higher here and lower there.
+    /// Noise that makes barriers higher here and lower there.
     uneven: PointNoise,
 }
 
-/// Metres that a barrier is higher than the sea where it is even: least, and so much more by chance.
+/// Height of a barrier's crest above the sea in metres, without noise: the least value, and the range that chance adds.
 const CREST_M: (f64, f64) = (1.6, 1.4);
 
-/// Half its width above the sea in metres: least, and so much more by chance; and in vertices at least. Chosen by eye.
+/// Half width of a barrier above the sea in metres: the least value, and the range that chance adds; and the least in
+/// vertices. Chosen by eye.
 const HALF_M: (f64, f64) = (22.0, 26.0);
 const LEAST_HALF: f64 = 2.5;
 
-/// How steep it falls to the sea's floor and to the lagoon's. Chosen by eye.
+/// Slope from a barrier down to the sea's floor, and down to the lagoon's. Chosen by eye.
 const FALL: f64 = 0.13;
 const INNER_FALL: f64 = 0.05;
 
-/// Metres of water to which a lagoon is filled, so many metres behind the barrier. Chosen by eye.
+/// Depth in metres to which a lagoon is filled, and distance in metres behind the barrier up to which it is. Chosen by
+/// eye.
 const LAGOON_M: f64 = 3.0;
 const FILLED_M: f64 = 420.0;
 
-/// Metres that the land's edge lies above the sea where there is one, at least: else it would lie in the open sea.
+/// Least height in metres of the land's edge above the sea beside a barrier: otherwise the barrier would lie in the
+/// open sea.
 const LEAST_EDGE_M: f32 = 5.0;
 
-/// Metres from the river's mouth to it: least and most.
+/// Least and greatest distance in metres from the river's mouth to the barrier.
 const AWAY_M: [f64; 2] = [240.0, 460.0];
 
-/// Places of a drowned bed that are looked at, from the sea up.
+/// Places of a drowned bed that are tried, from the sea upstream.
 const TRIES: usize = 12;
 
-/// Metres from the inlet to its ends, at most. An end that comes to no shore is as narrow and low as spits are: so great a share of
-/// that is half an ellipse above the sea, and so great a one behind it falls to the sea's floor.
+/// Greatest distance in metres from the inlet to a barrier's ends. An end that meets no shore is narrow and low like a
+/// spit: over the share `TIP` of the distance its outline is half an ellipse above the sea, and over the share `END`
+/// beyond that it falls to the sea's floor.
 const LONGEST_M: f64 = 500.0;
 const TIP: f64 = 0.2;
 const END: f64 = 0.1;
 
-/// Radius in metres of its bow. Chosen by eye.
+/// Radius in metres of a barrier's bow. Chosen by eye.
 const BOW_M: f64 = 1600.0;
 
-/// Metres of water in the inlet, and in its way through the lagoon.
+/// Depth in metres of the water in the inlet, and in its channel through the lagoon.
 const INLET_M: f64 = 5.0;
 
-/// Half width of the inlet in half widths of its river, in vertices at least, and metres from there to where the barrier is
-/// whole.
+/// Half width of the inlet in half widths of its river, and the least in vertices; and distance in metres from the
+/// inlet's edge to where the barrier has its full height.
 const INLET: f64 = 1.3;
 const LEAST_INLET: f64 = 1.5;
 const INLET_BANK_M: f64 = 20.0;
 
-/// Wavelength in metres by which it is uneven, and by how much of its height.
+/// Wavelength in metres of the noise in a barrier's height, and its amplitude as a share of the height.
 const WAVE_M: f64 = 160.0;
 const UNEVEN: f64 = 0.5;
 
 /// One barrier.
 #[derive(Clone, Copy, Debug)]
 struct Barrier {
-    /// Its place on the river's bed.
+    /// The place of the barrier on the river's bed.
     middle: Point,
     /// Unit vector down the valley.
     down: [f64; 2],
     half_m: f64,
     crest_m: f64,
-    /// Metres of water that it goes down to, at most.
+    /// Greatest depth in metres of water to which the barrier's slopes go down.
     deepest_m: f64,
 }
 
 impl Barrier {
-    /// Its place, and metres from there beyond which there is nothing of it.
+    /// Returns the barrier's place, and the distance in metres beyond which the barrier changes nothing.
     fn reach(&self) -> (Point, f64) {
         let bow_m = LONGEST_M * LONGEST_M / (2.0 * BOW_M);
         let seaward_m = bow_m + self.half_m + self.deepest_m / FALL;
         (self.middle, length([LONGEST_M, seaward_m.max(FILLED_M + (self.deepest_m - LAGOON_M) / FALL)]))
     }
 
-    /// Metres above the sea of its top, so many metres east and south of its middle; where it is so uneven.
+    /// Returns the height of the barrier in metres above the sea at an offset in metres east and south of its middle,
+    /// given the noise there.
     fn top_m(&self, off: [f64; 2], uneven: f64) -> f64 {
         let along_m = dot(off, self.down);
         let across_m = off[1] * self.down[0] - off[0] * self.down[1];
         let seaward_m = along_m - across_m * across_m / (2.0 * BOW_M);
         let to_end = across_m.abs() / LONGEST_M;
-        // How far it is into the tip, which ends as far from its beginning as the sides are from the middle.
+        // Position within the tip: 0 where the tip begins, 1 at the end of the half ellipse.
         let tip = (to_end - (1.0 - END - TIP)).max(0.0) / TIP;
         let beside_m = length([seaward_m, tip * self.half_m]) - self.half_m;
         let crest_m = self.crest_m * (1.0 + UNEVEN * uneven) * (1.0 - (1.0 + beside_m.min(0.0) / self.half_m).powi(2));
@@ -126,7 +132,7 @@ impl Stamp for AreaBarrier<'_> {
 }
 
 impl Barriers {
-    /// The barriers of a world with these fields; `None` if it has none.
+    /// Returns the barriers of a world with these fields; `None` if it has none.
     pub fn new(fields: &Arc<Fields>, spacing_m: f64, seed: u64) -> Option<Barriers> {
         let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
         (fields.has_sea() && fields.settings().coast.lagoons > 0.0).then(|| Barriers {
@@ -137,7 +143,7 @@ impl Barriers {
         })
     }
 
-    /// Raises the land of an area's nodes.
+    /// Raises the land at an area's nodes.
     pub fn raise(&self, segments: &Segments, nodes: &Displaced, valleys: &mut Valleys) {
         let fields = &self.fields;
         let barriers: Vec<AreaBarrier> = segments
@@ -145,7 +151,7 @@ impl Barriers {
             .iter()
             .zip(0..)
             .filter_map(|(channel, number)| {
-                // First whether there is one: few channels have, and each would look at all segments.
+                // Few channels have a barrier, so look for the barrier first and for its segments after.
                 let barrier = self.of(channel)?;
                 let beds = segments.all.iter().filter(|segment| segment.channel == number).collect();
                 Some(AreaBarrier { barrier, beds })
@@ -156,7 +162,7 @@ impl Barriers {
             let raised_m = near.iter().map(|AreaBarrier { barrier, beds }| {
                 let off_m = stamp::off_m(fields, nodes, index, vertex, barrier.middle);
                 let top_m = barrier.top_m(off_m, self.uneven.at(vertex).clamp(-1.0, 1.0));
-                // Most nodes near one have nothing of it.
+                // Most nodes near a barrier are not raised by it.
                 if top_m <= height_m {
                     return 0.0;
                 }
@@ -170,7 +176,7 @@ impl Barriers {
         });
     }
 
-    /// How much of a barrier there is at a place: nothing in the inlet, which is the bed of its river.
+    /// Returns the share of a barrier that stands at a place: 0 in the inlet, which is the bed of its river.
     fn share(&self, beds: &[&Segment], place: [f64; 2]) -> f64 {
         let metres = self.fields.metres_a_grain();
         let beside_m = beds.iter().map(|bed| {
@@ -181,7 +187,7 @@ impl Barriers {
         smooth(beside_m.fold(f64::INFINITY, f64::min) / INLET_BANK_M)
     }
 
-    /// The barrier across the drowned valley of a channel, if there is one.
+    /// Returns the barrier across the drowned valley of a channel, if there is one.
     fn of(&self, channel: &Channel) -> Option<Barrier> {
         let (fields, (level, x, y)) = (&self.fields, channel.id);
         let luck = |part: u64| chance(self.seed, (x, y), Draw::Barrier, part);
@@ -192,7 +198,7 @@ impl Barriers {
         let wet = channel.knots.iter().position(|knot| fields.is_drowned(knot.at, knot.level_m))?;
         let shore = ways(&channel.knots)[wet];
         let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way)?));
-        // As far out as the valley still is one.
+        // As far out as the valley still has sides.
         let away = |part: usize| lerp([AWAY_M[1], AWAY_M[0] - AWAY_M[1]], part as f64 / TRIES as f64);
         let ways = (0..=TRIES).map(|part| shore + away(part) / metres);
         let is_valley = |way: &f64| at(*way).is_some_and(|knot| fields.edge_m(knot.at) > sea_m as f32 + LEAST_EDGE_M);
@@ -207,7 +213,7 @@ impl Barriers {
             crest_m: CREST_M.0 + CREST_M.1 * luck(2),
             deepest_m: sea_m - fields.lowstand_level_m(),
         };
-        // Whoever is within its reach must know the channel's segment there.
+        // Every vertex within the barrier's reach must know the channel's segment here.
         (barrier.reach().1 <= stamp::known_m(fields, level)).then_some(barrier)
     }
 }
@@ -234,7 +240,7 @@ mod tests {
         for (half_m, crest_m) in [(24.0, 1.8), (48.0, 3.0)] {
             let middle = Point { x: 0, y: 0 };
             let barrier = Barrier { middle, down: [0.0, 1.0], half_m, crest_m, deepest_m: 40.0 };
-            // How wide it is above the sea, so many metres from its inlet.
+            // Width of the barrier above the sea, at some distance in metres from its inlet.
             let wide_m = |across: i32| {
                 let is_land = |along: &i32| barrier.top_m([f64::from(across), f64::from(*along)], 0.0) > 0.0;
                 (-200..300).filter(is_land).count() as f64
@@ -244,7 +250,7 @@ mod tests {
             assert!((whole - 2.0 * half_m).abs() < 2.0);
             let last = widths.iter().rposition(|width| *width > 0.0).unwrap();
             assert!(widths[last - 15] < 0.65 * whole && widths[last - 50] > 0.8 * whole, "{:?}", &widths[last - 50..]);
-            // Nothing of it is left at its end.
+            // At its end nothing of the barrier is left.
             assert!((-300..300).all(|along| barrier.top_m([LONGEST_M, f64::from(along)], 0.0) <= -barrier.deepest_m));
         }
     }
@@ -280,7 +286,7 @@ mod tests {
                     assert!((0.0..=highest_m as f32).contains(&height_m), "{height_m} m at {x}, {y}");
                 }
             }
-            // From the lagoon through the inlet.
+            // A flood fill over the sea leads from the lagoon through the inlet.
             let mut reached = vec![false; area.len()];
             let index = |[x, y]: [i64; 2]| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
             let mut open = vec![vertex(-120.0)];

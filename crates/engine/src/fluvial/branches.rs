@@ -1,10 +1,11 @@
-//! Branches of trunks: old arms that a river has left, and side arms where it is braided.
+//! Branches of trunks: oxbows ("old arms") that a river has left, and side arms where it is braided.
 //!
-//! On a wide flood plain a river leaves loops: what was cut off is a crescent of water beside it, silted up where it began and
-//! open where it comes back to the river. And here and there it runs in two or three arms around low islands.
+//! On a wide flood plain a river leaves loops behind. A loop that was cut off is a crescent of water beside the river,
+//! silted up at its upper end and open where it returns to the river. Here and there the river runs in two or three
+//! arms around low islands.
 //!
-//! To the rasters, and to whoever plans on them, a branch is one more channel. Rivers as lines and what joins them know
-//! nothing of it: so it is only where no other river crosses it.
+//! For the rasters, and for planning on them, a branch is one more channel. The lines of rivers, and the tributaries
+//! that join them, do not know branches, so a branch exists only where no other river crosses it.
 
 use std::sync::Arc;
 
@@ -19,85 +20,90 @@ use crate::geometry::{LineSegment, come_along, cross, length, smooth};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// Widths of its river from one place where a trunk may have a branch to the next: about a meander, so that none meets another.
+/// Length of a slot, in which a trunk may have one branch, in widths of the river: about a meander, so that no two
+/// branches meet.
 const SLOT_WIDTHS: f64 = 18.0;
 
-/// Places in each of these that are compared for where the river bends most.
+/// Places in each slot that are compared to find the one where the river bends most.
 const LOOKS: u32 = 8;
 
-/// Places of a trunk that may have a branch at most.
+/// Most slots of a trunk.
 const MOST_SLOTS: usize = 200;
 
-/// Widths from a trunk's ends within which there is none: others come to it there.
+/// Widths from a trunk's ends within which it has no branches: other trunks join it there.
 const END_WIDTHS: f64 = 8.0;
 
-/// Width in vertices of the narrowest river that has branches: what is narrower than that shows as brooks.
+/// Width in vertices of the narrowest river that has branches: narrower rivers look like brooks.
 const LEAST_VERTICES: f64 = 2.0;
 
-/// Widths before and after a place by whose directions the bend there is told.
+/// Length in widths over which a direction is measured before and after a place to find the bend there.
 const BEND_WIDTHS: f64 = 2.5;
 
-/// Radius of an old arm in widths, and how far its middle lies from the river: least, and so much more by chance. Chosen by
-/// eye, so that its apex is two to four widths away from the river's banks.
+/// Radius of an oxbow in widths, and distance of its centre from the river: the least value, and the range that chance
+/// adds. Chosen by eye, so that the apex is two to four widths away from the river's banks.
 const LOOP_RADIUS: (f64, f64) = (1.9, 0.9);
 const LOOP_MIDDLE: (f64, f64) = (1.4, 0.5);
 
-/// How far an old arm goes round from its apex, in radians: down to where it turns back to the river, and up to where it is
-/// silted up; and from one knot to the next.
+/// Angle in radians from an oxbow's apex to its lower end, where it turns back to the river, and to its upper end,
+/// where it is silted up; and from one knot to the next.
 const LOOP_DOWN: f64 = 1.9;
 const LOOP_UP: (f64, f64) = (1.0, 0.6);
 const LOOP_STEP: f64 = 0.16;
 
-/// Widths that an old arm keeps clear of its river, but for where it comes back to it; and from so far away at most.
+/// Least distance in widths between an oxbow and its river, except where it returns; and greatest distance from which
+/// it still returns.
 const LOOP_CLEAR: f64 = 1.1;
 const LOOP_OPENS: f64 = 1.8;
 
-/// How wide an old arm is as a share of its river's width where it is open, and how much less where it is silted up.
+/// Width of an oxbow at its open end as a share of its river's width, and how much of that it loses towards its silted
+/// end.
 const LOOP_WIDTH: (f64, f64) = (0.85, 0.5);
 
-/// Length of a side arm along the river in widths, and how far aside it runs: least, and so much more by chance.
+/// Length of a side arm along the river in widths, and its distance from the river: the least value, and the range that
+/// chance adds.
 const BRAID_LENGTH: (f64, f64) = (7.0, 6.0);
 const BRAID_ASIDE: (f64, f64) = (1.5, 0.8);
 
-/// How wide a side arm is, as a share of its river's width; and on which share of braided reaches there is one on the other
-/// side, too, so much further down as a share of its length.
+/// Width of a side arm as a share of its river's width. Share of braided reaches that have a second arm on the other
+/// side, and how much further downstream that arm lies, as a share of its length.
 const BRAID_WIDTH: f64 = 0.45;
 const BRAID_PAIRS: f64 = 0.6;
 const BRAID_SHIFT: f64 = 0.45;
 
-/// Share of a side arm's length in which it comes to run beside the river, and widths that it keeps clear of it there.
+/// Share of a side arm's length at each end over which it leaves the river, and least distance in widths from the river
+/// between the ends.
 const BRAID_ENDS: f64 = 0.45;
 const BRAID_CLEAR: f64 = 0.9;
 
-/// Knots of a side arm.
+/// Number of segments of a side arm, which has one knot more.
 const BRAID_KNOTS: usize = 24;
 
-/// Widths that a branch keeps clear of other channels that hold water.
+/// Least distance in widths between a branch and other channels with water.
 const OTHERS_CLEAR: f64 = 0.8;
 
-/// What the water of an old arm rises from where it is open at most, in metres a metre: so much that heights in `f32` show it;
-/// and as a share of what its river does.
+/// Greatest rise of an oxbow's water from its open end, in metres a metre: enough that heights in `f32` show it; and as
+/// a share of the river's slope.
 const MOST_RISE: f64 = 1e-4;
 const RISE_SHARE: f64 = 0.5;
 
-/// Metres that the floor may rise to where a branch is: what lies higher is no flood plain.
+/// Greatest height in metres of the valley floor above the river where a branch lies: higher ground is no flood plain.
 const MOST_BANK_M: f64 = 2.0;
 
-/// Half width of a branch's own floor, as a share of that of its water: no more than rounds its banks.
+/// Half width of a branch's own floor, as a share of that of its water: just enough to round its banks.
 const OWN_FLOOR: f64 = 1.5;
 
 /// A branch of a trunk.
 #[derive(Debug)]
 pub struct Branch {
-    /// As a channel, by the name of its trunk.
+    /// The branch as a channel, with the id of its trunk.
     pub channel: Arc<Channel>,
-    /// Grains that other channels keep clear of it.
+    /// Least distance in grains between the branch and other channels.
     clear: f64,
 }
 
 heap_bytes!(Branch);
 
-/// The branch of a trunk that has that number.
+/// A trunk and the number of one of its branches.
 type BranchId = (NodeId, usize);
 
 /// The branches of a world's trunks.
@@ -115,13 +121,13 @@ impl Branches {
         Branches { seed, fields, of_trunks: Memory::new(4 << 20), free: Memory::new(1 << 20) }
     }
 
-    /// Its memories.
+    /// Returns the caches of the branches.
     pub fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.of_trunks, &self.free]
     }
 
-    /// The branches of a trunk that may be wanted, in their order: those that no other channel comes near, which `channels`
-    /// says of a rectangle.
+    /// Returns the branches of a trunk that `wanted` accepts and that no other channel comes near, in their order.
+    /// `channels` visits all channels in a rectangle.
     pub fn of(
         &self,
         trunk: &Channel,
@@ -150,7 +156,7 @@ impl Branches {
 }
 
 impl Branch {
-    /// Whether another channel than its trunk comes near it.
+    /// True if a channel other than its trunk comes near the branch.
     fn meets(&self, other: &Channel) -> bool {
         let origin = self.channel.knots[0].at;
         let own = self.channel.course(origin);
@@ -168,16 +174,16 @@ impl Branch {
     }
 }
 
-/// A trunk whose branches are looked for, in grains from its first knot.
+/// A trunk in search of its branches. Places are in grains from its first knot.
 struct Trunk<'a> {
     fields: &'a Fields,
     channel: &'a Channel,
     course: Vec<[f64; 2]>,
-    /// Grains along it to each of its knots.
+    /// Grains along the trunk to each of its knots.
     come: Vec<f64>,
 }
 
-/// The side of a river to which a branch lies, 1 for the right and -1 for the left.
+/// The side of the river on which a branch lies: 1 for the right and -1 for the left.
 type Side = f64;
 
 impl<'a> Trunk<'a> {
@@ -187,7 +193,7 @@ impl<'a> Trunk<'a> {
         Trunk { fields, channel, course, come }
     }
 
-    /// All that it may have.
+    /// Returns all branches for which the trunk has room.
     fn branches(&self, seed: u64) -> Vec<Branch> {
         let settings = self.fields.settings();
         let id = (self.channel.id.1, self.channel.id.2);
@@ -201,7 +207,7 @@ impl<'a> Trunk<'a> {
             let from = number as f64 * slot;
             let kind = luck(0);
             if kind < settings.old_arms {
-                // Where the river bends most of where there is room: there it has cut off what was bent more.
+                // At the sharpest bend of the slot that has room: rivers cut off their sharpest bends.
                 let looks = (0..LOOKS).map(|look| from + slot * (f64::from(look) + luck(1)) / f64::from(LOOKS));
                 let mut bends: Vec<(f64, f64)> = looks.map(|at| (self.bend(at, widest), at)).collect();
                 bends.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
@@ -221,7 +227,7 @@ impl<'a> Trunk<'a> {
         branches
     }
 
-    /// The number of the knot before a place so far along it, and the share of the way to the next one.
+    /// Returns the knot before a place `along` grains down the trunk, and the share of the way to the next knot.
     fn place(&self, along: f64) -> (usize, f64) {
         let knot = self.come.partition_point(|come| *come <= along).clamp(1, self.come.len() - 1) - 1;
         let step = self.come[knot + 1] - self.come[knot];
@@ -237,20 +243,21 @@ impl<'a> Trunk<'a> {
         self.channel.at(self.place(along))
     }
 
-    /// The unit vector in which it runs on the whole from half a length before a place to half of it after.
+    /// Returns the unit vector of the trunk's mean direction over a length around a place.
     fn direction(&self, along: f64, over: f64) -> [f64; 2] {
         let (from, to) = (self.at(along - over / 2.0), self.at(along + over / 2.0));
         let way = [to[0] - from[0], to[1] - from[1]];
         way.map(|part| part / length(way).max(1e-9))
     }
 
-    /// The sine of the angle by which it turns about a place, above 0 to the right.
+    /// Returns the sine of the angle by which the trunk turns around a place, above 0 to the right.
     fn bend(&self, along: f64, width: f64) -> f64 {
         let over = BEND_WIDTHS * width;
         cross(self.direction(along - over / 2.0, over), self.direction(along + over / 2.0, over))
     }
 
-    /// Grains from its middle line to a place, and how far along it that is nearest, in a part of it.
+    /// Returns the distance in grains from a place to the trunk, and how far along the trunk the nearest point lies,
+    /// within a part of the trunk.
     fn nearest(&self, place: [f64; 2], [from, to]: [f64; 2]) -> (f64, f64) {
         let (first, last) = (self.place(from).0, self.place(to).0);
         let of = |knot: usize| {
@@ -261,7 +268,8 @@ impl<'a> Trunk<'a> {
         (first..=last).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).expect("a part has a segment")
     }
 
-    /// Whether branches may lie beside a part of it, as far away as some grains, and their own floors so much further.
+    /// True if a part of the trunk has room beside it for branches up to `away` grains from it, and for their own
+    /// floors of half width `floor`.
     fn has_room(&self, [from, to]: [f64; 2], away: f64, floor: f64) -> bool {
         let (fields, metres) = (self.fields, self.fields.metres_a_grain());
         let least = LEAST_VERTICES * GRAINS as f64;
@@ -278,7 +286,7 @@ impl<'a> Trunk<'a> {
         self.channel.sections[first..=last].iter().all(is_wide) && self.channel.knots[first..=last].iter().all(is_land)
     }
 
-    /// An old arm beside a bend, to that side; `None` where there is no room for one.
+    /// Returns an oxbow beside a bend, on that side; `None` where there is no room.
     fn old_arm(&self, along: f64, side: Side, [size, shape]: [f64; 2]) -> Option<Branch> {
         let width = meander_width(self.fields, self.knot(along).area);
         let radius = width * (LOOP_RADIUS.0 + LOOP_RADIUS.1 * size);
@@ -291,7 +299,7 @@ impl<'a> Trunk<'a> {
         }
         let (river, forward) = (self.at(along), self.direction(along, 2.0 * BEND_WIDTHS * width));
         let aside = [-side * forward[1], side * forward[0]];
-        // From where it is silted up, round its apex, to where it turns back to the river.
+        // From the silted end, round the apex, to where the oxbow turns back to the river.
         let up = LOOP_UP.0 + LOOP_UP.1 * shape;
         let steps = ((LOOP_DOWN + up) / LOOP_STEP).ceil();
         let place = |step: usize| {
@@ -307,7 +315,7 @@ impl<'a> Trunk<'a> {
         if off > LOOP_OPENS * width || places[..rounds].iter().map(clear).any(|off| off < LOOP_CLEAR * width) {
             return None;
         }
-        // It comes back to the river a little downstream, without a corner.
+        // It returns to the river a little downstream, without a corner.
         let mouth = beside + 0.6 * width;
         let (end_at, tangent) = (self.at(mouth), [libm::cos(LOOP_DOWN), -libm::sin(LOOP_DOWN)]);
         let ahead = [0, 1].map(|axis| open[axis] + 0.5 * off * (forward[axis] * tangent[0] + aside[axis] * tangent[1]));
@@ -331,7 +339,7 @@ impl<'a> Trunk<'a> {
         self.branch(knots.collect(), part, away, width)
     }
 
-    /// A side arm around the place, to that side, so long and so many widths aside; `None` where there is no room for one.
+    /// Returns a side arm around a place, on that side, `by` widths from the river; `None` where there is no room.
     fn side_arm(&self, along: f64, side: Side, long: f64, by: f64) -> Option<Branch> {
         let width = meander_width(self.fields, self.knot(along).area);
         let long = width * (BRAID_LENGTH.0 + BRAID_LENGTH.1 * long);
@@ -354,7 +362,7 @@ impl<'a> Trunk<'a> {
         if places[beside..=BRAID_KNOTS - beside].iter().map(clear).any(|off| off < BRAID_CLEAR * width) {
             return None;
         }
-        // It does not fold where its river bends to its side.
+        // Reject an arm that folds where its river bends to the same side.
         let turns_back = |three: &[[f64; 2]]| {
             let [before, after] = [0, 1].map(|step| [0, 1].map(|axis| three[step + 1][axis] - three[step][axis]));
             before[0] * after[0] + before[1] * after[1] < 0.0
@@ -376,7 +384,7 @@ impl<'a> Trunk<'a> {
         Knot { at: self.channel.knots[0].at.moved(place), level_m: 0.0, area: 0.0, pool_m: NO_LAKE }
     }
 
-    /// The branch through some knots beside a part of the trunk, of which none is further away than that.
+    /// Makes a branch of knots beside a part of the trunk. No knot is further than `away` from the trunk.
     fn branch(&self, knots: Vec<Knot>, part: [f64; 2], away: f64, width: f64) -> Option<Branch> {
         let middle = self.channel.sections[self.place(f64::midpoint(part[0], part[1])).0];
         let floor = OWN_FLOOR * f64::from(middle.river);
@@ -384,8 +392,8 @@ impl<'a> Trunk<'a> {
             return None;
         }
         let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.hill_slope);
-        // As its own floor is narrow, further away than that its sides have risen more than the floor of the river, and what
-        // rises from it.
+        // Beyond this distance, the sides of the branch's narrow floor have risen above the floor of the river and
+        // above the sides that rise from it.
         let risers = f64::from(middle.riser) * f64::from(self.fields.settings().terraces);
         channel.near = 2.0 * (away + floor + risers);
         let channel = measured(self.fields, channel);
@@ -402,7 +410,7 @@ impl<'a> Trunk<'a> {
     }
 }
 
-/// The side on which the outside of a bend lies.
+/// Returns the side on which the outside of a bend lies.
 fn outside(bend: f64) -> Side {
     if bend > 0.0 { -1.0 } else { 1.0 }
 }
@@ -423,7 +431,7 @@ mod tests {
         Fluvial::new(&settings, preset.spacing_m, None, 5, None)
     }
 
-    /// The trunks around the origin, and the branches of each.
+    /// Returns the trunks around the origin, each with its branches.
     fn branches(fluvial: &Fluvial) -> Vec<(Arc<Channel>, Vec<Arc<Channel>>)> {
         let side = 4 * fluvial.fields().side(0);
         let mut all = Vec::new();
@@ -449,7 +457,7 @@ mod tests {
                     let off = |knot: &Knot| shape.nearest(knot.at.from(trunk.knots[0].at), whole);
                     let (mouth, along) = off(last);
                     assert!(mouth < 2.0 && (shape.knot(along).level_m - last.level_m).abs() < 0.01, "{mouth} grains");
-                    // Nowhere is its water above the river's beside it by more than what a side arm is longer.
+                    // A side arm's water lies above the river beside it only by as much as the arm is longer.
                     let above = |knot: &Knot| knot.level_m - shape.knot(off(knot).1).level_m;
                     assert!(branch.knots.iter().map(above).fold(0.0, f64::max) < 0.3);
                     assert_eq!(off(first).0 < 2.0, braids > 0.0, "old arms are silted up, side arms are not");
@@ -494,7 +502,7 @@ mod tests {
                     [0, 1].map(|axis| f64::from(nodes.metres[axis][index]) / fluvial.fields().metres_a_grain());
                 let place = Point::at_vertex(x, y).moved(metres);
                 let reaches = |branch: &Arc<Channel>| {
-                    // Patches count as wholes.
+                    // Segments are chosen for whole patches, so allow the width of a patch.
                     let most = branch.near + 16.0 * GRAINS as f64;
                     branch.knots.iter().any(|knot| knot.at.distance(place) < most)
                 };
@@ -505,7 +513,7 @@ mod tests {
             }
         }
         assert!(wetter >= 3, "{wetter} of four branches are seen");
-        // Far from all branches, too.
+        // Land far from all branches is the same too.
         let far = Area::new(0, 0, 256, 256);
         let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(far, &Clock::default()));
         same += land.heights.values().iter().zip(before.heights.values()).filter(|(a, b)| a == b).count();

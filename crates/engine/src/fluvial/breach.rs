@@ -1,8 +1,8 @@
-//! Breaches: cuts through which the hollows drain that gullies and the coast leave in the land.
+//! Breaches: cuts that drain the hollows left by gullies and the coast.
 //!
-//! Valleys have no pits, but what is carved into them has some, where a hillside turns or gullies meet. From each pit
-//! water rises until it runs over, as far as that is seen from the pit; its way out is cut down to an even fall. Cuts only
-//! lower the land, and none sees what another has cut: their order does not matter.
+//! Valleys have no pits, but carving makes some where a hillside turns or gullies meet. From each pit water rises until
+//! it overflows, as far as the square around the pit reaches. The way out is then cut to an even fall. Cuts only lower
+//! the land, and each reads the land as it was before any cut, so their order does not matter.
 //!
 //! Based on: J. B. Lindsay, K. Dhun, Modelling surface drainage patterns in altered landscapes using LiDAR, 2015.
 
@@ -11,21 +11,21 @@ use std::collections::BinaryHeap;
 
 use crate::area::Area;
 
-/// Vertices that a cut goes from its pit at most, along either axis: few pits of natural size need more, and each vertex
-/// more is one more of valleys on each side of all land.
+/// Greatest length of a cut along either axis, in vertices: few pits of natural size need more, and each vertex more
+/// makes the stage read one more vertex of valleys on each side of an area.
 const REACH: i64 = 8;
 
-/// Vertices a side of what is seen from a pit.
+/// Vertices a side of the square around a pit.
 const SIDE: usize = 2 * REACH as usize + 1;
 
-/// The area whose land breaches read: a cut may come from a pit that far away, from which as much is seen on its other
-/// side.
+/// Returns the area whose land breaches read: a cut may come from a pit one reach away, and the pit reads as far again
+/// on its other side.
 pub fn input(area: Area) -> Area {
     area.padded(2 * REACH as usize)
 }
 
-/// Cuts the hollows of land open, given the surface of the land and of the sea, and whether there may be a pit at a
-/// vertex. What is right is that of which the [`input`] is within the area.
+/// Cuts hollows of the land open, given the surface of land and sea, and whether a vertex may be a pit. Heights are
+/// right where their [`input`] lies within the area.
 pub fn breach(area: Area, surface_m: &[f32], may_be_pit: impl Fn(usize) -> bool, height_m: &mut [f32]) {
     let width = area.width();
     let mut seen = Seen::default();
@@ -42,7 +42,7 @@ pub fn breach(area: Area, surface_m: &[f32], may_be_pit: impl Fn(usize) -> bool,
     }
 }
 
-/// The least height of the eight vertices around each of a row.
+/// Finds the least height of the eight vertices around each vertex of a row.
 fn lowest_around(surface_m: &[f32], width: usize, start: usize, lowest: &mut [f32]) {
     let len = lowest.len();
     let from = |at: usize| &surface_m[at..at + len];
@@ -55,12 +55,12 @@ fn lowest_around(surface_m: &[f32], width: usize, start: usize, lowest: &mut [f3
     }
 }
 
-/// What is seen from a pit: a square of which it is the middle.
+/// The square around a pit, as water rises in it.
 #[derive(Default)]
 struct Seen {
-    /// Where the water rises next: the lowest first, and of equal ones the first in the square.
+    /// Vertices that the water reaches next: the lowest first, and of equal ones the first in the square.
     shore: BinaryHeap<Reverse<(u32, usize)>>,
-    /// For each vertex of the square the one from which water came to it; itself, where none came from.
+    /// For each vertex of the square, the vertex from which the water came; the vertex itself if no water came.
     from: Vec<usize>,
 }
 
@@ -102,13 +102,13 @@ impl Seen {
     }
 }
 
-/// The places around one of a square; beside its edges some are none.
+/// Returns the eight places around a place of the square, and the place itself. Beside the edges some lie outside.
 fn around(x: usize, y: usize) -> impl Iterator<Item = (usize, usize)> {
     let beside = |at: usize| [at.wrapping_sub(1), at, at + 1];
     beside(y).into_iter().flat_map(move |row| beside(x).into_iter().map(move |column| (column, row)))
 }
 
-/// Whole numbers in the order of heights.
+/// Maps heights to whole numbers in the same order.
 fn ordered(height_m: f32) -> u32 {
     let bits = height_m.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
@@ -118,12 +118,12 @@ fn ordered(height_m: f32) -> u32 {
 mod tests {
     use super::*;
 
-    /// A slope that falls to the east, with a hollow of one vertex in it behind a sill so many vertices wide.
+    /// A slope that falls to the east, with a hollow of one vertex behind a sill `sill` vertices wide.
     fn hollow(area: Area, sill: i64) -> Vec<f32> {
         let height_m = |(x, y): (i64, i64)| {
             let in_hollow = x == 0 && y == 0;
             let on_sill = (1..=sill).contains(&x);
-            // Lowest along the row of the hollow, which a way out keeps to.
+            // Lowest along the hollow's row, so the way out stays in that row.
             -x as f32
                 + y.abs() as f32 * 0.5
                 + if in_hollow {
@@ -170,7 +170,8 @@ mod tests {
     #[test]
     fn nothing_outside_the_input_matters() {
         let part = Area::new(-5, -3, 9, 12);
-        // A trench with a pit seven vertices west of the part, whose way out is the lower of two, away from the part.
+        // A trench with a pit seven vertices west of the part. The lower one of its two ways out leads away from the
+        // part.
         let trench = |(x, y): (i64, i64)| match x {
             _ if y != 0 => 100.0,
             -12 => 0.0,

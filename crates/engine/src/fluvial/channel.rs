@@ -6,12 +6,12 @@ use crate::geometry::come;
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
 
-/// Grains from one of the places by which a channel is drawn to the next at most: the world bends what is straight between
+/// Largest distance in grains between the places by which a channel is drawn: the world bends what is straight between
 /// two knots.
 const LINE_STEP: f64 = 3.0 * GRAINS as f64;
 
-/// Grains within which a place where rivers join a channel has no other by which it is drawn: one that comes in along it would
-/// come across a bend as short.
+/// Least distance in grains from a place where rivers join a channel to the other places by which the channel is drawn.
+/// A river that comes in along the channel would cross a bend as short as that.
 const BESIDE_LANDING: f64 = 1.5 * GRAINS as f64;
 
 /// A place of a channel: the number of a knot, and the share of the way to the next one, 0 to 1.
@@ -20,19 +20,20 @@ pub type ChannelPlace = (usize, f64);
 /// A point of a channel's middle line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot {
-    /// Where it is.
+    /// The knot's place in the world.
     pub at: Point,
-    /// Height of the water, or of the floor where it is dry or a lake, in metres, before strata and ceiling.
+    /// Height in metres of the water, or of the floor where the channel is dry or has a lake, before strata and
+    /// ceiling.
     pub level_m: f64,
-    /// Area that drains through it, in cells of the trunk lattice.
+    /// Area that drains through the knot, in cells of the trunk lattice.
     pub area: f64,
-    /// Height in metres of the lake that stands over what lies lower, from here to the next knot; negative infinity where
-    /// there is none.
+    /// Height in metres of the lake that covers lower ground from here to the next knot; negative infinity where there
+    /// is no lake.
     pub pool_m: f64,
 }
 
 impl Knot {
-    /// The knot at a share of the straight way to the next one.
+    /// Returns the knot at a share of the straight way to the next one.
     #[must_use]
     pub fn towards(&self, next: &Knot, share: f64) -> Knot {
         let mix = |from: f64, to: f64| from + (to - from) * share;
@@ -45,14 +46,14 @@ impl Knot {
     }
 }
 
-/// What the land across a channel is like at a knot.
+/// The shape of the land across a channel at a knot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossSection {
-    /// Slope of its side, as a share of the hillside's.
+    /// Slope of the side, as a share of the hillside's.
     pub cross: f32,
-    /// How steep its floor is beside the river, as a share of its side.
+    /// Slope of the floor beside the river, as a share of the side's.
     pub lean: f32,
-    /// Half width of the rounded floor in grains.
+    /// Half width of the floor, with the rounded foot of its side, in grains.
     pub trough: f32,
     /// Half width of the river in grains.
     pub river: f32,
@@ -60,43 +61,45 @@ pub struct CrossSection {
     pub flood_plain: f32,
     /// Grains that a terrace rises, on a side whose slope is 1.
     pub riser: f32,
-    /// How sharply it bends: 1 to the right, -1 to the left as sharply as any, seen downstream.
+    /// Sharpness of the river's bend, seen downstream: 1 for the sharpest to the right, -1 for the sharpest to the
+    /// left.
     pub bend: f32,
 }
 
-/// What a channel runs into.
+/// The end of a channel: the channel or the water that it runs into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mouth {
-    /// The channel of that id.
+    /// The channel with this id.
     Channel(ChannelId),
     /// The sea.
     Sea,
-    /// A lake that has no outlet, at that node of the trunk lattice.
+    /// A lake that has no outlet, at this node of the trunk lattice.
     Sink(NodeId),
 }
 
-/// A channel from its head down to its mouth; of a trunk, the part from one node to the next.
+/// A channel from its head down to its mouth; for a trunk, the part from one node to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Its name in the world.
+    /// The channel's name in the world.
     pub id: ChannelId,
-    /// From head to mouth, at least two.
+    /// The knots from head to mouth, at least two.
     pub knots: Vec<Knot>,
-    /// What it runs into.
+    /// The channel or the water that this channel runs into.
     pub mouth: Mouth,
-    /// Slope of the hillsides around.
+    /// Slope of the hillsides around the channel.
     pub hill_slope: f64,
-    /// How steep its floor must rise towards what it runs into near its mouth, so that this does not lie above it: metres a
-    /// grain.
+    /// Least slope, in metres a grain, at which the floor must rise near the mouth towards the channel that this one
+    /// joins, so that the joined channel does not lie above the floor.
     pub joined_slope: f64,
-    /// For a trunk, the next node and whether this is that river's own upper course; not for one that the sea cuts
-    /// short.
+    /// For a trunk, the next node, and whether this trunk is the upper course of the same river as the one that goes on
+    /// from there. `None` for a trunk that the sea cuts short.
     pub next: Option<(NodeId, bool)>,
-    /// The lake that its knots know of: its own, or that of the channel that it runs into.
+    /// The lake that the knots' `pool_m` belongs to: the channel's own, or that of the channel that it runs into.
     pub lake: Option<LakeId>,
-    /// Grains from it beyond which its sides do not matter: of a branch, whose trunk has the land beyond. Infinite for others.
+    /// For a branch, the distance in grains from it beyond which its sides do not matter, because its trunk has the
+    /// land beyond. Infinite for other channels.
     pub near: f64,
-    /// One for each knot, once the channel has been [measured](super::segment::measured).
+    /// The cross-section at each knot, once the channel has been [measured](super::segment::measured).
     pub sections: Vec<CrossSection>,
     bounds: [Point; 2],
 }
@@ -106,7 +109,7 @@ heap_bytes!(CrossSection);
 heap_bytes!(Channel: knots, sections);
 
 impl Channel {
-    /// The channel through these knots.
+    /// Creates the channel through these knots.
     pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
         let bounds = bounds(&knots);
         Channel {
@@ -123,13 +126,14 @@ impl Channel {
         }
     }
 
-    /// The same channel once its knots have moved, with the cross-sections at them.
+    /// Returns the same channel after its knots have moved, with the cross-sections at them.
     #[must_use]
     pub fn with_sections(self, sections: Vec<CrossSection>) -> Channel {
         Channel { bounds: bounds(&self.knots), sections, ..self }
     }
 
-    /// The same with fewer knots, of which two are so many grains of its way apart, but where a lake begins or ends.
+    /// Returns the same channel with fewer knots: those that are left are at least `grains` of its way apart, except at
+    /// its ends and where a lake begins or ends.
     #[must_use]
     pub fn thinned(&self, grains: f64) -> Channel {
         let last = self.knots.len() - 1;
@@ -152,12 +156,12 @@ impl Channel {
         }
     }
 
-    /// The corners of the least rectangle around its knots.
+    /// Returns the corners of the bounding box of the knots.
     pub fn bounds(&self) -> [Point; 2] {
         self.bounds
     }
 
-    /// The knot at a place.
+    /// Returns the knot at a place.
     pub fn at(&self, (knot, share): ChannelPlace) -> Knot {
         match self.knots.get(knot + 1) {
             Some(next) => self.knots[knot].towards(next, share),
@@ -165,26 +169,27 @@ impl Channel {
         }
     }
 
-    /// Half width in grains of its river at a place, once it has been measured.
+    /// Returns the half width in grains of the river at a place, once the channel has been measured.
     pub fn half_width(&self, (knot, share): ChannelPlace) -> f64 {
         let [upper, lower] =
             [knot, (knot + 1).min(self.knots.len() - 1)].map(|knot| f64::from(self.sections[knot].river));
         upper + (lower - upper) * share
     }
 
-    /// The places by which it is drawn as a line, from a knot down: all knots, and places between them a few vertices apart.
+    /// Returns the places by which the channel is drawn as a line, from a knot down: all knots, and places between them
+    /// a few vertices apart.
     pub fn line_places(&self, from: usize) -> impl Iterator<Item = ChannelPlace> {
         let last = self.knots.len() - 1;
         let between = (from..last).flat_map(|knot| {
-            // One at least, also where two knots are at one place: no knot is left out.
+            // At least one place a knot, even where two knots are at one place: so no knot is left out.
             let steps = (self.knots[knot].at.distance(self.knots[knot + 1].at) / LINE_STEP).ceil().max(1.0) as usize;
             (0..steps).map(move |step| (knot, step as f64 / steps as f64))
         });
         between.chain([(last, 0.0)])
     }
 
-    /// The first place at or below one at which rivers may join it: one by which it is drawn, so that the two lines share a
-    /// point, and with no other close by.
+    /// Returns the first place, at or below a given one, at which rivers may join the channel: a place by which the
+    /// channel is drawn, so that the two lines share a point, and with no other such place close by.
     pub fn landing(&self, place: ChannelPlace) -> Option<ChannelPlace> {
         let mut places = self.line_places(place.0.max(1) - 1).map(|place| (place, self.at(place).at));
         let (mut before, mut here) = (places.next()?, places.next()?);
@@ -198,13 +203,13 @@ impl Channel {
         None
     }
 
-    /// Where its knots are, relative to an origin.
+    /// Returns the places of the knots, relative to an origin.
     pub fn course(&self, origin: Point) -> Vec<[f64; 2]> {
         self.knots.iter().map(|knot| knot.at.from(origin)).collect()
     }
 }
 
-/// The way from the first knot to each, in grains.
+/// Returns the distance in grains along the channel from the first knot to each.
 pub fn ways(knots: &[Knot]) -> Vec<f64> {
     come(knots.windows(2).map(|pair| pair[0].at.distance(pair[1].at)))
 }
@@ -239,7 +244,7 @@ mod tests {
         assert_eq!(channel.landing((0, 1.0 / 3.0)), Some((0, 1.0 / 3.0)));
         // The two ends of the bend are too close to each other.
         assert_eq!(channel.landing((0, 0.7)), Some((2, 1.0 / 3.0)));
-        // Others end where the channel ends.
+        // Nothing joins where the channel ends: other channels end there.
         assert_eq!(channel.landing((2, 0.7)), None);
     }
 }

@@ -1,7 +1,7 @@
-//! The coast: the edge of the land at the sea's lowstand and the floor below it, by how far inland a place was.
+//! The coast: the edge of the land at the sea's lowstand, and the floor below it, by the distance inland.
 //!
-//! How far inland is known on a coarse lattice of the plane, and between its points by bilinear interpolation: rivers
-//! that run to the coast ask the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
+//! The distance inland is known on a coarse lattice of the plane, and interpolated bilinearly between its points.
+//! Rivers that run to the coast read the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
 use super::point::Point;
@@ -9,15 +9,16 @@ use super::valley::Hillsides;
 use super::warp::Displaced;
 use crate::area::Area;
 
-/// Nodes of a block, for which the coarse lattice is read at a time: across, and down. So few that far inland and far
-/// out at sea whole blocks can be left out, so many that a point of the lattice serves several nodes. From afar none is left
-/// out, and all nodes are one block: each point is asked for once.
+/// Nodes of a block, across and down. The coarse lattice is read for one block at a time. A block is small enough that
+/// whole blocks far inland and far out at sea can be skipped, and large enough that a point of the lattice serves
+/// several nodes. At strides at which brooks do not show, no block is skipped, and all nodes are one block, so that
+/// each point is read once.
 const BLOCK: (usize, usize) = (64, 16);
 
-/// The cell of a lattice of so many vertices that a vertex lies in, along one axis, once it is displaced by so many vertices, and
-/// how far into the cell, 0 to 1.
+/// Returns the cell of a lattice, along one axis, in which a vertex lies once displaced by `by` vertices, and its
+/// position in the cell, 0 to 1. The lattice's cells are `coarse` vertices wide.
 ///
-/// Relative to the cell that holds the vertex itself, so it is as exact anywhere as at the origin.
+/// Computed relative to the cell of the vertex itself, so it is as exact anywhere as at the origin.
 fn cell(coarse: i64, at: i64, by: f32) -> (i64, f32) {
     let own = at.div_euclid(coarse);
     let steps = ((at - own * coarse) as f32 + by) / coarse as f32;
@@ -25,7 +26,7 @@ fn cell(coarse: i64, at: i64, by: f32) -> (i64, f32) {
     (own + whole as i64, steps - whole)
 }
 
-/// How far inland the points of a window of the coarse lattice are, in metres.
+/// A window of the coarse lattice: distances inland of its points, in metres.
 struct CoastWindow {
     first: [i64; 2],
     columns: usize,
@@ -33,7 +34,8 @@ struct CoastWindow {
 }
 
 impl CoastWindow {
-    /// The window that holds the cells from one to another, corners included; for nodes that see trunks, or from so far that they do not.
+    /// Reads the window that holds the cells from `first` to `last`, corners included. With `is_far`, nodes are so far
+    /// apart that trunks do not show.
     fn new(fields: &Fields, (coarse, is_far): (i64, bool), first: [i64; 2], last: [i64; 2]) -> CoastWindow {
         let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
         let place = |n: usize| ((first[0] + (n % columns) as i64), (first[1] + (n / columns) as i64));
@@ -43,16 +45,16 @@ impl CoastWindow {
         let inland_m: Vec<f64> = match steps {
             1 => fields.inlands_of_lattice_m(points).collect(),
             _ if is_far => fields.inlands_m(&vertices().collect::<Vec<_>>()),
-            // No channel asks for the same ones.
+            // No channel reads points of this coarser lattice, so they are not cached.
             _ => fields.find_inlands_of_lattice_m(&points),
         };
         CoastWindow { first, columns, inland_m: inland_m.into_iter().map(|metres| metres as f32).collect() }
     }
 
-    /// How far inland a place in a cell is.
+    /// Returns the distance inland of a place in a cell.
     fn at(&self, (i, u): (i64, f32), (j, v): (i64, f32)) -> f32 {
         let (i, j) = ((i - self.first[0]) as usize, (j - self.first[1]) as usize);
-        // A row too far would fail on its own; a column too far would be one of the next row.
+        // A row too far would be out of bounds; a column too far would silently read the next row.
         assert!(i + 1 < self.columns, "the window does not hold the cell of a node");
         let first = j * self.columns + i;
         let north = self.inland_m[first] + (self.inland_m[first + 1] - self.inland_m[first]) * u;
@@ -62,15 +64,15 @@ impl CoastWindow {
     }
 }
 
-/// Vertices from a point of the lattice to the next that nodes so many vertices apart read: one each, where they lie further apart
-/// than its points.
+/// Distance in vertices between the points of the lattice that nodes `step` vertices apart read: their own distance, if
+/// that is larger than the lattice's.
 fn coarse(step: i64) -> i64 {
     COAST_STEP.max(step)
 }
 
-/// The height of the coast at the nodes of an area, and infinity where it is not lower than the land; `None` where it
-/// is nowhere. From so far that not even the trunks are seen, hollows that do not lead to the sea are as low as they are: to know
-/// them takes longer than all else.
+/// Returns the height of the coast at the nodes of an area, and infinity where the coast is not lower than the land;
+/// `None` if it is lower nowhere. With `is_far`, hollows that do not lead to the sea are left as low as they are:
+/// finding them would take longer than all else.
 pub fn heights(
     fields: &Fields,
     (spacing_m, is_far): (f64, bool),
@@ -111,8 +113,8 @@ pub fn heights(
                 highest_m = highest_m.max(land_m[index]);
             }
             let window = CoastWindow::new(fields, (coarse, is_far), first, last);
-            // Height grows with the way inland. What is left out is above the land, so that it makes no difference,
-            // whichever nodes are in the block.
+            // The coast rises inland. A skipped block's coast lies above its land everywhere, so skipping changes
+            // nothing, whichever nodes share the block.
             let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
             if hillsides.rest.is_none() && fields.coast_m(nearest_m) >= highest_m {
                 continue;
@@ -122,7 +124,7 @@ pub fn heights(
                 let [column, row] = cells(index, at);
                 let inland_m = window.at(column, row);
                 let edge_m = fields.coast_m(inland_m);
-                // What brooks that run to the sea leave of the land's edge, in the mean.
+                // The mean height that brooks on their way to the sea leave of the land's edge.
                 let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
                     let risen_m = hillsides.slope[index] * (inland_m - shore_m);
                     fields.sea_level_m() as f32 + rest.risen_m(index, risen_m)
@@ -142,7 +144,7 @@ mod tests {
 
     const FAR: i64 = 1 << 40;
 
-    /// Displacements, in vertices, that end at points of the coarse lattice from around them, or next to nothing off.
+    /// Displacements in vertices that end at points of the coarse lattice, or very close to them, from all around.
     fn displacements() -> Vec<f32> {
         let around = |by: f32| [by.next_down(), by, by.next_up(), by - 1e-5, by + 1e-5];
         (-40i16..=40).flat_map(|by| around(f32::from(by))).collect()
@@ -163,7 +165,7 @@ mod tests {
         }
     }
 
-    /// Each node alone has the same coast as in a block with others, whose window is another.
+    /// Each node alone has the same coast as in a block with others, which has another window.
     #[test]
     fn the_coast_does_not_depend_on_the_window() {
         let (_, preset) = Preset::load("archipelago").unwrap();

@@ -1,4 +1,5 @@
-//! What varies slowly over a fluvial world: where its water flows at large, how fast the land rises, where the sea is.
+//! The fields of a fluvial world, which vary slowly: where its water flows at large, how fast the land rises, where the
+//! sea is.
 
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use crate::memory::{Memory, Remembers};
 
 const SECONDS_A_YEAR: f64 = 31_556_952.0;
 
-/// The slowly varying fields, and the laws that make slopes and widths of them.
+/// The slowly varying fields, and the laws that derive slopes and widths from them.
 #[derive(Debug)]
 pub struct Fields {
     settings: FluvialSettings,
@@ -34,11 +35,11 @@ struct Sea {
     level_m: f64,
     /// Metres from the lowstand's shore, about, for each unit of the potential.
     metres_a_unit: f64,
-    /// How far inland points of the rasters' lattice are, in patches: rasters and channels ask for each many times.
+    /// Metres inland at points of the rasters' lattice, in patches: rasters and channels ask for each point many times.
     lattice_m: Memory<LatticePatch, Vec<f64>>,
 }
 
-/// A patch of points of the lattice by which rasters know the shore, by its column and row, and its points a side.
+/// Column and row of a patch of the lattice from which rasters get the shore, and the patch's side in points.
 type LatticePatch = (i64, i64);
 const PATCH: i64 = 8;
 
@@ -46,97 +47,103 @@ const PATCH: i64 = 8;
 pub struct DryWay {
     /// The share of the way at which it comes to the sea, if it does.
     pub sea_at: Option<f64>,
-    /// The least potential at the places of the way before that, both ends left out.
+    /// The least potential at places of the way up to there, both ends left out.
     pub least: f64,
 }
 
-/// Vertices from one place to the next at which rasters know the lowstand's shore: the potential varies over kilometres,
-/// and to ask for it at each vertex would cost more than all else.
+/// Distance in vertices between the places at which rasters know the lowstand's shore: the potential varies over
+/// kilometres, and computing it at each vertex would cost more than all else.
 pub const COAST_STEP: i64 = 16;
 
-/// Cells that a tributary is long at most, before it wanders: a head that is further from all channels has none, so that what
-/// a channel depends on stays near. Chosen by eye: with two cells mountainsides stay bare, and three show no more.
+/// Largest length of a tributary in cells, before it wanders. A head that is further from all channels has no
+/// tributary, so that the channels that one depends on are near. Chosen by eye: with two cells mountainsides stay bare,
+/// and three show no more.
 const JOIN_CELLS: f64 = 2.5;
 
-/// Vertices that a brook runs on into the sea where there is room: there its bed is deeper than the sea's floor at
-/// first.
+/// Distance in vertices that a brook runs on into the sea where there is room: near the shore its bed is deeper than
+/// the sea's floor.
 pub const INTO_SEA: f64 = 6.0;
 
-/// How often the sixteenth of a way in which it comes to the sea is halved to find where: to a grain or less.
+/// Number of times that the sixteenth of a way with the shore in it is halved, which finds the shore to a grain or
+/// less.
 pub const SHORE_HALVINGS: u32 = 20;
 
-/// The same for whoever sees no more than whole ways: to a hundredth part of one.
+/// Number of these halvings for those who look at whole ways only: they find the shore to a hundredth part of a way.
 pub const FEW_SHORE_HALVINGS: u32 = 3;
 
-/// Share of what the land's edge rises that a bed has at most, so that it lies in a valley. Chosen by eye.
+/// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
-/// What a spring has of the discharge at its channel's mouth, at most: with more it would be a stub beside the larger river.
-/// Chosen by eye; the stub would have the last quarter of the channel.
+/// Largest discharge of a spring as a share of that at its channel's mouth. With more, the channel's water would be a
+/// stub beside the larger river. Chosen by eye; the stub would have the last quarter of the channel.
 const MOST_SPRING: f64 = 0.8;
 
-/// What half a valley's floor is less wide than, as a share of a trunk cell's side: two of them side by side leave room for
-/// a ridge.
+/// Upper limit of half the width of a valley's floor, as a share of a trunk cell's side: two floors side by side leave
+/// room for a ridge.
 const WIDEST_TROUGH: f64 = 0.15;
 
-/// Metres above the lowest glaciers at which their valleys are wholly theirs. Chosen by eye.
+/// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
 const ICE_RISE_M: f64 = 300.0;
 
-/// Half width by which glaciers widen a floor, as a share of the distance between valleys of its level; and how many times the
-/// distance of the finest that is, at most. Cirques are half a kilometre wide, as those of the Alps.
+/// Half width by which glaciers widen a floor, as a share of the distance between valleys of its level; and the largest
+/// distance that counts, as a multiple of that of the finest level. Cirques are half a kilometre wide, as those of the
+/// Alps.
 const ICE_WIDTH: f64 = 0.12;
 const WIDEST_ICE: i64 = 6;
 
-/// Share of a floor that is flood plain, where terraces rise from it: on the mean, and how much more or less; and the
-/// wavelength of that, as a share of the distance between trunks. Chosen by eye.
+/// Share of a floor that is flood plain, where terraces rise from it: its mean, and the factor of the noise that is
+/// added; and the wavelength of the noise, as a share of the distance between trunks. Chosen by eye.
 const FLOOD_PLAIN: (f64, f64) = (0.5, 1.2);
 const FLOOD_PLAIN_WAVE: f64 = 0.2;
 
-/// Depths of its river that a terrace is high. Chosen by eye.
+/// Height of a terrace in depths of its river. Chosen by eye.
 const RISER_DEPTHS: f64 = 2.0;
 
-/// No river is deeper, in metres: about as deep as the lower Amazon.
+/// Depth in metres that no river exceeds: about as deep as the lower Amazon.
 pub const DEEPEST_RIVER_M: f32 = 40.0;
 
-/// The least slope across a channel, as a share of the hillside's: where its bed is as steep as that too.
+/// Least slope across a channel, as a share of the hillside's: there the bed is as steep along the channel.
 const LEAST_CROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// How steep the land falls from a channel at most to a smaller bed beside it, as a share of the hillside's slope: it is
-/// less steep than any valley's side, so no channel loses its water to a smaller one. Chosen by eye.
+/// Largest slope of the land from a channel down to a smaller bed beside it, as a share of the hillside's slope. It is
+/// less than that of any valley's side, so no channel loses its water to a smaller one. Chosen by eye.
 pub const BESIDE: f64 = 0.64;
 
-/// The area at the mouth of a tributary of a level, in cells of the trunk lattice.
+/// Returns the area at the mouth of a tributary of a level, in cells of the trunk lattice.
 pub fn most_area(level: u32) -> f64 {
     0.25f64.powi(level as i32)
 }
 
-/// The slope across a channel by that of its bed, both as shares of the hillside's: together they make that.
+/// Returns the slope across a channel, given that of its bed, both as shares of the hillside's slope, which they make
+/// together.
 ///
-/// It is never less than the bed's: the sides of a bed further down would rise less than it does, and undercut it.
+/// The result is never less than the bed's slope: the sides of a bed further down would rise less than the bed does,
+/// and undercut it.
 pub fn across(bed: f64) -> f64 {
     (1.0 - bed * bed).max(0.0).sqrt().max(bed)
 }
 
-/// What is left open of the depth of drowned valleys, from one level to the next as a share: so much that coasts are as
-/// winding as real ones, of which 2 km are 1.2 to 1.5 times their chord.
+/// Share of the depth of drowned valleys that is left open, from one level to the next. It makes coasts as winding as
+/// real ones, of which 2 km are 1.2 to 1.5 times their chord.
 const LEFT_OPEN: f64 = 0.25;
 
-/// Metres above the sea that lakes lie at least: more than what a lake's shores rise above the valley that goes on from
-/// it. Chosen by eye.
+/// Least height of lakes above the sea in metres: more than a lake's shores rise above the valley that goes on from the
+/// lake. Chosen by eye.
 const LEAST_LAKE_M: f64 = 1.0;
 
-/// What the land's edge is steeper than the slope that beds keep below: so the valleys make the land down to the
-/// lowstand's shore, and what the coast takes of it is too narrow to have hollows of its own. Chosen by eye.
+/// Factor by which the land's edge is steeper than the slope that beds keep below. So the valleys shape the land down
+/// to the lowstand's shore, and the strip that the coast shapes is too narrow to have hollows of its own. Chosen by
+/// eye.
 const EDGE_STEEPER: f32 = 6.0;
 
-/// What the edge of the land rises where it would by so many metres if it did not grow steeper.
+/// Returns the metres that the edge of the land rises where it would rise `rise_m` if it did not grow steeper.
 fn edge_rise_m(rise_m: f32) -> f32 {
-    // Steeper and steeper, so that it ends where the land has become as high: where it would be 100 m high it is 200 m.
+    // Steeper and steeper, so that the edge ends where the land is as high: where it would be 100 m high it is 200 m.
     rise_m * (1.0 + rise_m / 100.0)
 }
 
 impl Fields {
-    /// The fields of checked settings.
+    /// Creates the fields of settings that have been checked.
     pub fn new(settings: &FluvialSettings, spacing_m: f64, sea_level_m: Option<f64>, seed: u64) -> Fields {
         let metres_a_grain = spacing_m / GRAINS as f64;
         let finest_vertices = (settings.trunk_m / spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
@@ -170,34 +177,36 @@ impl Fields {
                 None => settings.base_m,
             },
         };
-        // Of a level whose channels would hold some on their very last stretch alone, none does.
+        // If a level's channels would hold water on their very last stretch alone, a higher threshold leaves all of
+        // them dry.
         let mouths_m3s = (1..=settings.levels).map(|level| fields.discharge_m3s(most_area(level)));
         let mut scarce = mouths_m3s.filter(|mouth| (MOST_SPRING * mouth..=*mouth).contains(&settings.spring_m3s));
         fields.spring_m3s = scarce.next().map_or(settings.spring_m3s, f64::next_up);
         fields
     }
 
-    /// The recipe.
+    /// Returns the recipe.
     pub fn settings(&self) -> &FluvialSettings {
         &self.settings
     }
 
-    /// Its memories.
+    /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers).collect()
     }
 
-    /// Metres a grain.
+    /// Returns the metres a grain.
     pub fn metres_a_grain(&self) -> f64 {
         self.metres_a_grain
     }
 
-    /// Grains a side of a cell of a level's lattice; level 0 has the trunks.
+    /// Returns the side in grains of a cell of a level's lattice; level 0 has the trunks.
     pub fn side(&self, level: u32) -> i64 {
         self.finest << (self.settings.levels - level)
     }
 
-    /// The cells of a level's lattice that touch a rectangle, row by row, as the ids of the channels whose heads they hold.
+    /// Returns the cells of a level's lattice that touch a rectangle, row by row, as the ids of the channels whose
+    /// heads they hold.
     pub fn cells(&self, level: u32, [low, high]: [Point; 2]) -> impl Iterator<Item = ChannelId> + use<> {
         let side = self.side(level);
         let columns = low.x.div_euclid(side)..=high.x.div_euclid(side);
@@ -205,87 +214,89 @@ impl Fields {
         rows.flat_map(move |y| columns.clone().map(move |x| (level, x, y)))
     }
 
-    /// The number of levels, trunks among them.
+    /// Returns the number of levels, trunks among them.
     pub fn levels(&self) -> u32 {
         self.settings.levels + 1
     }
 
-    /// Straight segments of a channel of a level, each about as long as the finest level's cells.
+    /// Returns the number of straight segments of a channel of a level, each about as long as the finest level's cells.
     pub fn segments_a_channel(&self, level: u32) -> usize {
         1 << (self.levels() - 1 - level).max(2)
     }
 
-    /// Grains that the straight course of a tributary of a level is long at most.
+    /// Returns the largest length in grains of the straight course of a tributary of a level.
     pub fn longest_tributary(&self, level: u32) -> f64 {
         JOIN_CELLS * self.side(level) as f64
     }
 
-    /// Grains that no straight segment of a channel of a level is longer than.
+    /// Returns the largest length in grains of a straight segment of a channel of a level.
     pub fn longest_segment(&self, level: u32) -> f64 {
         let (cell, segments) = (self.side(level) as f64, self.segments_a_channel(level) as f64);
         match level {
             // Trunks turn little from one of their places to the next.
             0 => 8.0 * cell / segments,
-            // Each halving of its course moves the middle aside by half a stretch at most, and all of them add up. Those that
-            // come to the sea run straight on.
+            // Each halving of a course moves its middle aside by half a stretch at most, and all these moves add up.
+            // Tributaries that come to the sea run straight on.
             _ => (self.longest_tributary(level) * length([1.0, f64::from(self.segments_a_channel(level).ilog2())])
                 / segments)
                 .max((INTO_SEA + 1.0) * GRAINS as f64),
         }
     }
 
-    /// Water flows from high potential to low, -1 to 1.
+    /// Returns the potential at a point, -1 to 1. Water flows from high potential to low.
     pub fn potential(&self, at: Point) -> f64 {
         self.potential.at(at)
     }
 
-    /// The potential at any number of points, for whoever knows them all beforehand.
+    /// Returns the potential at any number of points, for those who know them all beforehand.
     pub fn potentials(&self, points: &[Point]) -> Vec<f64> {
         self.potential.at_all(points)
     }
 
-    /// Where the potential is lower than this the sea was at its lowstand.
+    /// Returns the potential below which a place lay in the sea at its lowstand.
     pub fn sea_potential(&self) -> f64 {
         if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
     }
 
-    /// Whether there is a sea.
+    /// Tells whether there is a sea.
     pub fn has_sea(&self) -> bool {
         self.sea.is_some()
     }
 
-    /// Height of the sea; without one, negative infinity.
+    /// Returns the height of the sea; without one, negative infinity.
     pub fn sea_level_m(&self) -> f64 {
         self.sea.as_ref().map_or(f64::NEG_INFINITY, |sea| sea.level_m)
     }
 
-    /// Height of the sea at its lowstand, to which rivers cut their valleys; without a sea, negative infinity.
+    /// Returns the height of the sea at its lowstand, to which rivers cut their valleys; without a sea, negative
+    /// infinity.
     pub fn lowstand_level_m(&self) -> f64 {
         self.sea_level_m() - self.settings.coast.lowstand_m
     }
 
-    /// Height below which the sea has taken all lakes: high enough that it comes into none, for floors fall a little.
+    /// Returns the height below which the sea has taken all lakes: high enough that the sea comes into none, as floors
+    /// fall a little.
     pub fn lowest_lake_m(&self) -> f64 {
         self.sea_level_m() + LEAST_LAKE_M
     }
 
-    /// Height to which the mouths of a level's valleys are filled with what the sea and their streams have left there
-    /// since the lowstand.
+    /// Returns the height to which the mouths of a level's valleys are filled with what the sea and their streams have
+    /// left there since the lowstand.
     pub fn filled_m(&self, level: u32) -> f64 {
         self.sea_level_m() - self.settings.coast.lowstand_m * LEFT_OPEN.powi(level as i32)
     }
 
-    /// Level of the water at a sink.
+    /// Returns the level of the water at a sink.
     pub fn sink_level_m(&self, in_sea: bool) -> f64 {
         if in_sea { self.lowstand_level_m() } else { self.base_m }
     }
 
-    /// How fast the land rises at a point, above 0 to 1.
+    /// Returns the rate at which the land rises at a point, above 0 to 1.
     pub fn uplift(&self, at: Point) -> f64 {
         self.uplift_by(self.uplift.at(at))
     }
 
-    /// The same at any number of points, for whoever knows them all beforehand.
+    /// Returns the [rates of uplift](Fields::uplift) at any number of points, for those who know them all beforehand.
     pub fn uplifts(&self, points: &[Point]) -> Vec<f64> {
         self.uplift.at_all(points).into_iter().map(|noise| self.uplift_by(noise)).collect()
     }
@@ -296,31 +307,31 @@ impl Fields {
         least + (1.0 - least) * t * t * (3.0 - 2.0 * t)
     }
 
-    /// The slope of hillsides, by uplift.
+    /// Returns the slope of hillsides, by uplift.
     pub fn hill_slope(&self, uplift: f64) -> f64 {
         let [low, high] = self.settings.hill_slope;
         low + (high - low) * uplift
     }
 
-    /// The slope of the gentlest hillsides.
+    /// Returns the slope of the gentlest hillsides.
     pub fn least_hill_slope(&self) -> f64 {
         let [low, high] = self.settings.hill_slope;
         low.min(high)
     }
 
-    /// The slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
+    /// Returns the slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
     pub fn river_slope(&self, uplift: f64, area: f64) -> f64 {
         let slope = self.settings.trunk_slope * uplift / area.sqrt();
-        // Never as steep as a share of the hillsides: else these would not rise from the channel.
+        // Stay below a fixed share of the hill slope; otherwise hillsides could not rise from the channel.
         slope / (1.0 + slope / (self.settings.channel_slope * self.hill_slope(uplift)))
     }
 
-    /// The least slope across a channel that follows the law of rivers, as a share of the hillside's.
+    /// Returns the least slope across a channel that follows the law of rivers, as a share of the hillside's.
     pub fn least_cross(&self) -> f64 {
         across(self.settings.channel_slope.min(LEAST_CROSS))
     }
 
-    /// How far glaciers have shaped a valley whose bed is so high, from 0 to 1.
+    /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.
     pub fn iced(&self, level_m: f64) -> f64 {
         self.settings.ice_m.map_or(0.0, |ice_m| {
             let line_m = ice_m + self.sea.as_ref().map_or(0.0, |sea| sea.level_m);
@@ -329,12 +340,13 @@ impl Fields {
         })
     }
 
-    /// Half width in grains of the floor of a valley of a level, by the area that drains there and the height of its bed.
+    /// Returns the half width in grains of the floor of a level's valley, by the area that drains there and the height
+    /// of its bed.
     pub fn trough(&self, level: u32, area: f64, level_m: f64) -> f64 {
         self.water_trough(area) + self.most_iced(level) * self.iced(level_m)
     }
 
-    /// Half width in grains of a floor of a level that none exceeds.
+    /// Returns the half width in grains that no floor of a level exceeds.
     pub fn widest_trough(&self, level: u32) -> f64 {
         match level {
             0 => self.widest_water_trough(),
@@ -342,8 +354,8 @@ impl Fields {
         }
     }
 
-    /// What glaciers have widened the floors of a level by, at most: those of trunks have their width by what drains there,
-    /// and the finest valleys are younger than the ice.
+    /// Returns the largest half width by which glaciers have widened the floors of a level. Trunks have none, as their
+    /// width follows from the area that drains there, nor have the finest valleys, which are younger than the ice.
     fn most_iced(&self, level: u32) -> f64 {
         match level > 0 && level + 1 < self.levels() && self.settings.ice_m.is_some() {
             true => ICE_WIDTH * self.side(level).min(WIDEST_ICE * self.side(self.levels() - 1)) as f64,
@@ -351,20 +363,20 @@ impl Fields {
         }
     }
 
-    /// Half width in grains of a valley's floor that water alone has made, by the area that drains there.
+    /// Returns the half width in grains of a valley's floor that water alone has made, by the area that drains there.
     fn water_trough(&self, area: f64) -> f64 {
-        // As wide as the river goes with its discharge, and for large ones less and less.
+        // Like the river's width, the floor's grows with the root of the discharge, but less and less for large rivers.
         let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
         self.widest_water_trough() * share / (1.0 + share * share).sqrt()
     }
 
-    /// Half width in grains that no such floor comes to, however much drains there.
+    /// Returns the half width in grains that no such floor reaches, however large the area is that drains there.
     fn widest_water_trough(&self) -> f64 {
         WIDEST_TROUGH * self.side(0) as f64
     }
 
-    /// Share of the level part of a floor that is flood plain at a point, and height in metres of the terraces above it, by the
-    /// area that drains there.
+    /// Returns the share of the level part of a floor that is flood plain at a point, and the height in metres of the
+    /// terraces above the flood plain, by the area that drains there.
     pub fn terrace(&self, at: Point, area: f64) -> (f64, f64) {
         if self.settings.terraces == 0 {
             return (1.0, 0.0);
@@ -373,28 +385,28 @@ impl Fields {
         (share, RISER_DEPTHS * river_depth_m(self.discharge_m3s(area)) as f64)
     }
 
-    /// Discharge in cubic metres a second, by area: what runs off it in a year.
+    /// Returns the discharge in cubic metres a second, by area: what runs off the area in a year.
     pub fn discharge_m3s(&self, area: f64) -> f64 {
         let side_m = self.side(0) as f64 * self.metres_a_grain;
         area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
     }
 
-    /// Square metres from which a discharge in cubic metres a second runs off.
+    /// Returns the square metres from which a discharge in cubic metres a second runs off.
     pub fn drained_m2(&self, discharge_m3s: f64) -> f64 {
         discharge_m3s * SECONDS_A_YEAR / self.settings.runoff_m
     }
 
-    /// Whether a channel holds water where it drains that area: it has a spring above.
+    /// Tells whether a channel holds water where it drains this area: it has a spring further up then.
     pub fn is_wet(&self, area: f64) -> bool {
         self.holds_water(self.discharge_m3s(area))
     }
 
-    /// Whether a channel of that discharge in cubic metres a second holds water.
+    /// Tells whether a channel with this discharge in cubic metres a second holds water.
     pub fn holds_water(&self, discharge_m3s: f64) -> bool {
         discharge_m3s >= self.spring_m3s
     }
 
-    /// Width of a river in metres, by area.
+    /// Returns the width of a river in metres, by area.
     ///
     /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the
     /// discharge).
@@ -402,23 +414,23 @@ impl Fields {
         self.settings.river_width_m * self.discharge_m3s(area).sqrt()
     }
 
-    /// Discharge in cubic metres a second from which on a channel holds water.
+    /// Returns the discharge in cubic metres a second from which on a channel holds water.
     pub fn spring_m3s(&self) -> f64 {
         self.spring_m3s
     }
 
-    /// Half width of the largest lakes in grains.
+    /// Returns the half width of the largest lakes in grains.
     pub fn lake_half_width(&self) -> f64 {
         self.settings.lake_m.unwrap_or(self.settings.trunk_m / 16.0) / self.metres_a_grain
     }
 
-    /// Half width in grains that water must exceed to be a lake, where a river drains that area: the river's own, and a
-    /// vertex, for what is narrower would hardly show.
+    /// Returns the half width in grains that water must exceed to be a lake, where a river drains this area: the
+    /// river's own half width, and at least a vertex, as narrower water would hardly show.
     pub fn least_lake(&self, area: f64) -> f64 {
         (self.river_width_m(area) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
     }
 
-    /// Metres from the lowstand's shore, about: inland above 0, at sea below. Infinite without a sea.
+    /// Returns the metres from the lowstand's shore, about: inland above 0, at sea below. Infinite without a sea.
     pub fn inland_m(&self, at: Point) -> f64 {
         match &self.sea {
             Some(sea) => self.inland_by_m(sea, self.potential(at)),
@@ -426,7 +438,7 @@ impl Fields {
         }
     }
 
-    /// The same at any number of points, for whoever knows them all beforehand.
+    /// Returns [`Fields::inland_m`] at any number of points, for those who know them all beforehand.
     pub fn inlands_m(&self, points: &[Point]) -> Vec<f64> {
         match &self.sea {
             Some(sea) => {
@@ -440,20 +452,21 @@ impl Fields {
         (potential - self.settings.coast.below) * sea.metres_a_unit
     }
 
-    /// Whether a point lay in the sea at its lowstand.
+    /// Tells whether a point lay in the sea at its lowstand.
     pub fn in_lowstand(&self, at: Point) -> bool {
         self.inland_of_rasters_m(at) < 0.0
     }
 
-    /// Whether the sea covers a channel at a point, given the level of its water: that is under the sea, or the coast is.
+    /// Tells whether the sea covers a channel at a point: the water, at the given level, or the coast is lower than the
+    /// sea.
     ///
-    /// So the sea has all of a channel below one point, for water falls: none of it lies cut off inland.
+    /// Water falls, so the sea covers all of a channel downstream of one point: no part of it lies cut off inland.
     pub fn is_drowned(&self, at: Point, level_m: f64) -> bool {
         let sea_m = self.sea_level_m();
         level_m < sea_m || (self.has_sea() && (self.edge_m(at) as f64) < sea_m)
     }
 
-    /// [`Fields::inland_m`] by the lattice that the rasters have the coast from.
+    /// Returns [`Fields::inland_m`], interpolated on the lattice from which the rasters get the coast.
     fn inland_of_rasters_m(&self, at: Point) -> f64 {
         if self.sea.is_none() {
             return f64::INFINITY;
@@ -470,8 +483,9 @@ impl Fields {
         north + (south - north) * v
     }
 
-    /// [`Fields::inland_m`] at points of the lattice that the rasters have the coast from; in hollows of the potential
-    /// that do not lead to the sea, as far inland as the coast takes nothing of the land, for it would cut pits there.
+    /// Returns [`Fields::inland_m`] at points of the lattice from which the rasters get the coast. Hollows of the
+    /// potential that do not lead to the sea count as so far inland that the coast takes nothing of the land: it would
+    /// cut pits there.
     pub fn inlands_of_lattice_m(&self, points: impl IntoIterator<Item = (i64, i64)>) -> impl Iterator<Item = f64> {
         let mut last: Option<(LatticePatch, Arc<Vec<f64>>)> = None;
         points.into_iter().map(move |(i, j)| {
@@ -490,9 +504,9 @@ impl Fields {
         })
     }
 
-    /// The same where hardly a point is asked for twice: so none is remembered.
+    /// Returns [`Fields::inlands_of_lattice_m`] without caching the values, for those who hardly ask for a point twice.
     pub fn find_inlands_of_lattice_m(&self, points: &[(i64, i64)]) -> Vec<f64> {
-        // So many steps downhill at most, of which one or two lead to nearly all shores.
+        // The largest number of steps downhill. One or two lead to nearly all shores.
         const STEPS: usize = 32;
         let all_m = |points: &[(i64, i64)]| {
             let vertices = points.iter().map(|(i, j)| Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
@@ -507,7 +521,7 @@ impl Fields {
             for _ in 0..STEPS {
                 let around = AROUND.map(|(u, v)| (at.0 + u, at.1 + v));
                 let around_m = all_m(&around);
-                // Whichever is lowest lies in the sea then.
+                // Then the lowest of the points around lies in the sea.
                 if around_m.iter().any(|around_m| *around_m <= 0.0) {
                     return here_m;
                 }
@@ -525,28 +539,29 @@ impl Fields {
         points.iter().zip(all_m(points)).map(found_m).collect()
     }
 
-    /// Height that the coast alone gives a place so far inland: the edge of the land, or the sea's floor.
+    /// Returns the height that the coast alone gives a place this far inland: the edge of the land, or the sea's floor.
     pub fn coast_m(&self, inland_m: f32) -> f32 {
         let [land, shelf] = self.settings.coast.slope.map(|slope| slope as f32);
         let (lowstand_m, deepest_m) = (self.lowstand_level_m() as f32, self.settings.coast.depth_m as f32);
         if inland_m > 0.0 {
             lowstand_m + edge_rise_m(inland_m * land * EDGE_STEEPER)
         } else {
-            // Asymptotically the greatest depth.
+            // The depth approaches the greatest depth asymptotically.
             let depth_m = -inland_m * shelf;
             lowstand_m - depth_m / (1.0 + depth_m / deepest_m)
         }
     }
 
-    /// Metres inland at which the edge of the land comes out of today's sea.
+    /// Returns the metres inland at which the edge of the land comes out of today's sea.
     pub fn shore_m(&self) -> f32 {
         let (rise_m, land) = (self.settings.coast.lowstand_m as f32, self.settings.coast.slope[0] as f32);
-        // What `edge_rise_m` makes of it.
+        // The inverse of `edge_rise_m`.
         let least_m = 50.0 * ((1.0 + rise_m / 25.0).sqrt() - 1.0);
         least_m / (land * EDGE_STEEPER)
     }
 
-    /// Vertices off the lowstand's shore at which [`Fields::coast_m`] has the sea's floor so high, about; 0 above.
+    /// Returns the vertices off the lowstand's shore at which [`Fields::coast_m`] has the sea's floor this high, about;
+    /// 0 above the lowstand.
     pub fn off_shore(&self, floor_m: f32) -> f64 {
         let CoastSettings { slope: [_, shelf], depth_m: deepest_m, .. } = self.settings.coast;
         let depth_m = (self.lowstand_level_m() - floor_m as f64).max(0.0);
@@ -554,25 +569,26 @@ impl Fields {
         depth_m / left / shelf / (GRAINS as f64 * self.metres_a_grain)
     }
 
-    /// [`Fields::coast_m`] of the rasters at a point.
+    /// Returns [`Fields::coast_m`] at a point, as the rasters have it.
     pub fn edge_m(&self, at: Point) -> f32 {
         self.coast_m(self.inland_of_rasters_m(at) as f32)
     }
 
-    /// Height in metres that no bed exceeds at a place, so that it cuts into the land's edge above the height to which
-    /// its valley is [filled](Self::filled_m); infinite without a sea.
+    /// Returns the height in metres that no bed exceeds at a place: above the height to which its valley is
+    /// [filled](Self::filled_m), the bed cuts into the land's edge. Infinite without a sea.
     pub fn below_coast_m(&self, at: Point, filled_m: f64) -> f64 {
         if self.has_sea() { self.below_coast_of_m(self.potential(at), filled_m) } else { f64::INFINITY }
     }
 
-    /// The same by the potential there, with which it grows.
+    /// Returns [`Fields::below_coast_m`] by the potential at the place: the height grows with the potential.
     pub fn below_coast_of_m(&self, potential: f64, filled_m: f64) -> f64 {
         let Some(sea) = &self.sea else { return f64::INFINITY };
         let rise_m = self.inland_by_m(sea, potential).max(0.0) * self.settings.coast.slope[0];
         filled_m + COAST_INCISION * edge_rise_m(rise_m as f32) as f64
     }
 
-    /// The height in metres that the coast leaves the bed of a channel, from its head down: no more than further up.
+    /// Returns the heights in metres that the coast leaves the bed of a channel, from its head down: they never rise
+    /// downstream.
     pub fn below_coast_along_m(&self, course: impl Iterator<Item = Point>, filled_m: f64) -> Vec<f64> {
         let course: Vec<Point> = course.collect();
         let lower = |most_m: &mut f64, potential: f64| {
@@ -585,17 +601,19 @@ impl Fields {
         }
     }
 
-    /// The share of the straight way from a point on land at which it comes to the lowstand's sea, if it does.
+    /// Returns the share of the straight way from a point on land at which the way comes to the lowstand's sea, if it
+    /// does.
     pub fn dry_share(&self, from: Point, to: Point) -> Option<f64> {
         self.dry_way([from, to], || self.potential(to), SHORE_HALVINGS).sea_at
     }
 
-    /// What is known of a way like that, given the potential of where it ends, if that is asked for, and how often the way to the
-    /// shore is halved.
+    /// Returns what is known of a straight way from a point on land. `end` computes the potential at the way's end, if
+    /// it is needed; `halvings` is the number of times that the part with the shore is halved.
     pub fn dry_way(&self, [from, to]: [Point; 2], end: impl FnOnce() -> f64, halvings: u32) -> DryWay {
-        // So many looks on the way, then halving: a narrower arm of the sea is crossed unseen.
+        // The number of steps in which the way is looked at before the halvings: a narrower arm of the sea may be
+        // missed.
         const PLACES: usize = 16;
-        // A channel keeps below the coast at every second of them.
+        // A channel keeps below the coast at every second place, so only these count for `least`.
         const COAST: usize = 2;
         let mut least = f64::INFINITY;
         if self.sea.is_none() {
@@ -611,7 +629,7 @@ impl Fields {
             }
             *here < self.sea_potential()
         };
-        // Half of them first: many a way comes to the sea early.
+        // The nearer half first: many ways come to the sea early.
         let halves = places.chunks(PLACES / 2).flat_map(|half| self.potentials(half));
         let wet = (1..PLACES).zip(halves).find(comes_to_sea).map(|(place, _)| place);
         let wet = wet.or_else(|| (end() < self.sea_potential()).then_some(PLACES));
@@ -620,7 +638,8 @@ impl Fields {
         let mut width = step;
         let mut left = halvings;
         while left > 0 {
-            // Three halvings at a time, with all middles that they may come to: shares are such that none is rounded.
+            // Three halvings at a time, with all middles that they may need. The shares are binary fractions, so none
+            // is rounded.
             let parts = 1_usize << left.min(3);
             width /= parts as f64;
             let middles: Vec<Point> = (1..parts).map(|part| at(dry + part as f64 * width)).collect();
@@ -636,20 +655,20 @@ impl Fields {
         DryWay { sea_at: Some(dry), least }
     }
 
-    /// The nearest point of the lowstand's shore from a point on land, about, if it is no further than `most` grains, and
-    /// a point of the sea beyond it: of the shore that the rasters have.
+    /// Returns the nearest point of the lowstand's shore from a point on land, about, and a point of the sea beyond it,
+    /// if the shore is no further than `most` grains. The shore is that of the rasters.
     pub fn coast_near(&self, at: Point, most: f64) -> Option<[Point; 2]> {
         self.sea.as_ref()?;
         let above = |at: Point| self.potential(at) - self.settings.coast.below;
         let here = above(at);
-        // The potential's slope over a stretch that coasts of that size show in.
+        // The potential's slope, over a stretch in which coasts of that size show.
         let step = most / 4.0;
         let slope = [[step, 0.0], [0.0, step]].map(|[x, y]| {
             let difference = above(at.moved([x, y])) - above(at.moved([-x, -y]));
             difference / (2.0 * step)
         });
         let steepness = length(slope);
-        // By the slope it would be further than that.
+        // By this slope the shore would be further away than `most`.
         if here <= 0.0 || here > steepness * most {
             return None;
         }
@@ -663,17 +682,17 @@ impl Fields {
             let middle = f64::midpoint(dry, wet);
             if self.in_lowstand(place(middle)) { wet = middle } else { dry = middle }
         }
-        // Less far in a narrow bay.
+        // In a narrow bay, the point of the sea is less far from the shore.
         let mut beyond = INTO_SEA * GRAINS as f64;
         while beyond > 1.0 && !self.in_lowstand(place(wet + beyond)) {
             beyond /= 2.0;
         }
-        // On land, so that the bed between the two has the coast.
+        // The first point is on land, so that the coast lies on the bed between the two.
         Some([place((dry - 2.0).max(0.0)), place(wet + beyond)])
     }
 }
 
-/// Depth of a river in metres, by its discharge: the 3/8 th power, which is all square roots.
+/// Returns the depth of a river in metres, by its discharge: the 3/8 th power, which takes square roots only.
 ///
 /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953, where depth goes with about
 /// the 0.4 th power of discharge.
@@ -687,8 +706,8 @@ mod tests {
     use super::*;
     use crate::preset::Preset;
 
-    /// Seas that are not cut off from each other by the potential: a lattice of places, and the sizes of those of its
-    /// seas that do not come to its edge.
+    /// Returns the sizes of the seas that are cut off from others by the potential: in a lattice of places, those that
+    /// do not come to its edge.
     fn closed_seas(fields: &Fields, side: i64) -> Vec<usize> {
         let wet = |i: i64, j: i64| fields.inland_m(Point::at_vertex(i * COAST_STEP, j * COAST_STEP)) < 0.0;
         let mut open: Vec<bool> = (0..side * side).map(|place| wet(place % side, place / side)).collect();
@@ -727,14 +746,14 @@ mod tests {
         assert_eq!(shares.map(|share| wet(share * mouth_m3s)), [true, true, false, false, false]);
     }
 
-    /// What is bent has no hollows that it had not: more octaves instead would leave small seas by the dozen.
+    /// Bending makes no new hollows in a field, whereas more octaves would leave small seas by the dozen.
     #[test]
     fn bent_shores_cut_off_hardly_any_small_sea() {
         let mut settings = Preset::load("archipelago").unwrap().1.fluvial.unwrap();
         let mut small = |octaves: u32| {
             settings.coast.octaves = octaves;
             let of = |seed| closed_seas(&Fields::new(&settings, 8.0, Some(0.0), seed), 1024);
-            // A lattice as wide as 64 tiles has 64 times 8 x 8 of them; a square kilometre has 61 places.
+            // The lattice is 64 tiles wide, so it has 64 squares of 8 x 8 tiles; a square kilometre has 61 places.
             (1..=2).flat_map(of).filter(|size| *size < 61).count()
         };
         let [few, many] = [2, 4].map(&mut small);

@@ -1,8 +1,9 @@
-//! Glaciers: where ice fills the heads of high valleys.
+//! Glaciers: ice in the heads of high valleys.
 //!
-//! The surface of the ice is level across and falls as the floor does, by the way from the valley's head: where it is higher
-//! than the land, that is ice. It ends in a steep front where the floor is too low for it, or has a river. It is a ground
-//! and no height: water would stand where it meets brooks, and these run on under it as they did.
+//! The surface of the ice is level across the valley and falls with the valley's floor, away from the valley's head.
+//! Where the surface is higher than the land, there is ice. It ends in a steep front where the floor is too low for
+//! ice, or holds a river. Ice is a kind of ground and does not change heights: otherwise water would be dammed where
+//! ice meets brooks, which run on under the ice.
 
 use std::sync::Arc;
 
@@ -25,43 +26,45 @@ pub struct Glaciers {
     line_m: f64,
 }
 
-/// Metres above the lowest glaciers at which the floor of one begins at least, and within which all end: it is fed by snow
-/// that falls higher up. Chosen by eye.
+/// Least height in metres above the lowest glaciers of the floor where a glacier begins; all glaciers end within the
+/// same height. A glacier is fed by snow that falls higher up. Chosen by eye.
 const FED_M: f64 = 250.0;
 
-/// Metres that a glacier is long at least and at most: a shorter one would be a patch of snow.
+/// Least and greatest length of a glacier in metres: a shorter one would be a patch of snow.
 const LONG_M: [f64; 2] = [450.0, 2200.0];
 
 /// Half width in metres of the narrowest floor that has a glacier.
 const LEAST_FLOOR_M: f64 = 75.0;
 
-/// Places along a glacier at which the height of its floor is known, less one.
+/// Parts of a glacier between the places at which the height of its floor is known.
 const PARTS: usize = 8;
 
-/// How thick the ice is in the middle, as a share of half the width of its floor. Chosen by eye.
+/// Thickness of the ice in its middle, as a share of the half width of its floor; and its limits in metres. Chosen by
+/// eye.
 const THICK: f64 = 0.3;
 const THICK_M: [f64; 2] = [15.0, 50.0];
 
-/// How much lower its tongue is at the sides than in the middle, as a share of its thickness.
+/// Drop of the tongue's surface from its middle to its sides, as a share of its thickness.
 const BOWED: f64 = 0.7;
 
-/// How steep the firn rises at its head, and how steep the ice ends where no side holds it.
+/// Slope of the firn at the head, and slope of the ice's edge where no valley side holds it.
 const FIRN: f64 = 0.12;
 const EDGE: f64 = 0.5;
 
-/// Metres below its floor within which the ice ends in another valley.
+/// Metres below a glacier's floor down to which its ice spills into another valley, and metres over which it fades out
+/// there.
 const SPILLED_M: (f64, f64) = (25.0, 15.0);
 
-/// A glacier: its head is its fixed point.
+/// A glacier. Its head is its fixed point as a stamp.
 #[derive(Clone, Debug)]
 struct Glacier {
     head: Point,
-    /// Unit vector from its head to its front.
+    /// Unit vector from the head to the front.
     down: [f64; 2],
     long_m: f64,
     wide_m: f64,
     thick_m: f64,
-    /// Height of its floor, from head to front, and of its ice.
+    /// Heights of the floor and of the ice's surface, from head to front.
     floor_m: [f64; PARTS + 1],
     ice_m: [f64; PARTS + 1],
 }
@@ -73,13 +76,14 @@ impl Stamp for Glacier {
 }
 
 impl Glacier {
-    /// Heights between which its floor and its ice are, wherever they are.
+    /// Returns the range of heights in which all of the glacier's floor and ice lie.
     fn range_m(&self) -> [f64; 2] {
-        // Beds fall. Behind its head the ice rises no further than it is wide, for beyond it falls; a metre is for what is rounded.
+        // Beds fall. Behind the head the ice rises over no more than its half width, and falls beyond. One metre allows
+        // for rounding.
         [self.floor_m[PARTS] - 1.0, self.ice_m[0] + FIRN * self.wide_m + 1.0]
     }
 
-    /// Height of its floor and of its ice, so many metres from its head.
+    /// Returns the heights of the floor and of the ice's surface at an offset in metres from the head.
     fn at(&self, off: [f64; 2]) -> [f64; 2] {
         let (along_m, across_m) = (dot(off, self.down), (off[1] * self.down[0] - off[0] * self.down[1]).abs());
         let part = (along_m / self.long_m).clamp(0.0, 1.0) * PARTS as f64;
@@ -87,7 +91,7 @@ impl Glacier {
         let of = |heights_m: &[f64; PARTS + 1]| {
             lerp([heights_m[first], heights_m[first + 1] - heights_m[first]], part - first as f64)
         };
-        // Its tongue is bowed up; at its head it rises, and it ends where nothing holds it.
+        // The tongue is bowed up in the middle; at the head the ice rises, and it falls off where nothing holds it.
         let bowed_m = self.thick_m * BOWED * (part / PARTS as f64) * (across_m / self.wide_m).powi(2);
         let above_m = (-along_m).max(0.0);
         let beside_m = (length([above_m, across_m]) - self.wide_m).max(0.0);
@@ -97,7 +101,7 @@ impl Glacier {
 }
 
 impl Glaciers {
-    /// The glaciers of a world with these fields; `None` if it has none.
+    /// Returns the glaciers of a world with these fields; `None` if it has none.
     pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Glaciers> {
         let sea_m = if fields.has_sea() { fields.sea_level_m() } else { 0.0 };
         fields.settings().glacier_m.map(|line_m| Glaciers {
@@ -107,14 +111,14 @@ impl Glaciers {
         })
     }
 
-    /// Metres of ice at each node.
+    /// Returns the thickness of the ice in metres at each node.
     pub fn ice_m(&self, segments: &Segments, nodes: &Displaced, valleys: &Valleys) -> Grid<f32> {
         let fields = &self.fields;
         let glaciers: Vec<Glacier> = segments.channels.iter().filter_map(|channel| self.glacier(channel)).collect();
         let mut ice_m = Grid::filled(nodes.area, 0.0);
         stamp::nodes_of(fields, &glaciers, nodes, |index, vertex, near| {
             let land_m = valleys.height_m[index] as f64;
-            // Most nodes near one are higher than all of it, or too deep below.
+            // Most nodes near a glacier are higher than all of it, or too far below it.
             let may_hold = |glacier: &&&Glacier| {
                 let [lowest_m, highest_m] = glacier.range_m();
                 land_m < highest_m && land_m > lowest_m - SPILLED_M.0
@@ -131,18 +135,18 @@ impl Glaciers {
         ice_m
     }
 
-    /// The glacier in the valley of a channel, if there is one.
+    /// Returns the glacier in the valley of a channel, if there is one.
     fn glacier(&self, channel: &Channel) -> Option<Glacier> {
         let fields = &self.fields;
         let ((level, x, y), metres) = (channel.id, fields.metres_a_grain());
         let head = channel.knots[0];
-        // Trunks come from other trunks, and the finest valleys are younger than the ice.
+        // Trunks begin at other trunks, and the finest valleys are younger than the ice.
         if level == 0 || level + 1 >= fields.levels() || head.level_m < self.line_m + FED_M {
             return None;
         }
         let seed = hash::network_level(self.seed, level);
         let front_m = self.line_m + FED_M * chance(seed, (x, y), Draw::Glacier, 0);
-        // It ends above the first river or lake.
+        // The glacier ends above the first river or lake.
         let is_iced =
             |knot: &&Knot| knot.level_m > front_m && !fields.is_wet(knot.area) && knot.pool_m == f64::NEG_INFINITY;
         let iced = channel.knots.iter().take_while(is_iced).count();
@@ -160,10 +164,10 @@ impl Glaciers {
             let share = part as f64 / PARTS as f64;
             let place = downstream(channel, (0, 0.0), share * long * (1.0 - 1e-9))?;
             floor_m[part] = channel.at(place).level_m;
-            // It falls less and less gently to its front.
+            // The ice thins towards its front, ever faster.
             ice_m[part] = floor_m[part] + thick_m * (1.0 - share * share).sqrt();
         }
-        // However the floor goes up in steps, the ice falls.
+        // Even where the floor goes down in steps, the ice's surface falls.
         for part in (0..PARTS).rev() {
             ice_m[part] = ice_m[part].max(ice_m[part + 1] + 1.0);
         }

@@ -1,9 +1,9 @@
-//! Gullies: what runs down the hillsides between the channels that the network knows.
+//! Gullies: the furrows that run down the hillsides between the channels of the network.
 //!
 //! Stripes that run down the fall line are carved into the land, octave by octave, each octave down the slopes that the
-//! ones before have made; then a little roughness. Both fade out towards the channels and the crests. Gullies are so
-//! shallow that the land still falls along the fall line; the pits that they leave where that turns, and the roughness, are
-//! for breaches to open.
+//! ones before have made; then a little roughness is added. Both fade out towards the channels and the crests. Gullies
+//! are so shallow that the land still falls along the fall line. Pits remain where the fall line turns and where the
+//! land is rough; breaches open them.
 //!
 //! Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
 
@@ -22,7 +22,7 @@ use crate::stop;
 #[derive(Debug)]
 pub struct Gullies {
     octaves: Vec<Wave>,
-    /// Depths in metres, in the mean, of those that are too short to be seen, where the hillside's slope is 1.
+    /// Mean depths in metres of the octaves that are too short to be seen, where the hillside's slope is 1.
     unseen_m: Vec<f32>,
     roughness: Fractal,
     rough_m: f32,
@@ -34,65 +34,67 @@ struct Wave {
     stripes: Stripes,
     /// Metres from crest to floor where the hillside's slope is 1.
     depth_m: f32,
-    /// Noise by which it is deep here and missing there.
+    /// Noise that makes the octave deep in some places and leaves it out in others.
     patches: Option<Fractal>,
-    /// What `flank` is multiplied by to give the slope across the stripes where the hillside's slope is 1.
+    /// Factor of `flank`, which gives the slope across the stripes where the hillside's slope is 1.
     slope: f32,
 }
 
-/// Wavelength of the first octave in cells of the finest level, so that gullies go on from the brooks; and how many
-/// times shorter each further one is: not twice, or crests of two octaves would fall together.
+/// Wavelength of the first octave in cells of the finest level, so that gullies go on from the brooks; and the ratio of
+/// each wavelength to the next. The ratio is not 2, or crests of two octaves would fall together.
 const FIRST_WAVE: f64 = 0.9;
 const WAVE_RATIO: f64 = 2.1;
 
-/// Wavelength of the noise that says where rills are deep, in cells of the finest level. Chosen by eye.
+/// Wavelength of the noise that decides where rills are deep, in cells of the finest level. Chosen by eye.
 const PATCH_WAVE: f64 = 1.5;
 
-/// Octaves of gullies, at most.
+/// Largest number of octaves of gullies.
 const MOST_OCTAVES: usize = 3;
 
 /// Depth of gullies as a share of their wavelength, where the settings ask for whole gullies on a slope of 1: so
 /// shallow that their flanks are less steep than the hillside, and fall along it.
 const DEPTH: f64 = 0.2;
 
-/// Wavelength of the roughness, in cells of the finest level, how much less high each octave is than the one before, and its
-/// height as a share of its wavelength, where the settings ask for all of it on a slope of 1. Chosen by eye, beside
-/// hillshades of real mountains: these look polished without it, and crumpled where its waves are as long as gullies are wide.
+/// Wavelength of the roughness in cells of the finest level; the exponent by which each octave is lower than the one
+/// before; and its height as a share of its wavelength, where the settings ask for all of it on a slope of 1. Chosen by
+/// eye, beside hillshades of real mountains: hillsides look polished without it, and crumpled if its waves are as long
+/// as gullies are wide.
 const ROUGH_WAVE: f64 = 0.33;
 const ROUGH_H: f64 = 0.7;
 const ROUGHNESS: f64 = 0.1;
 
-/// How far below the next-best side, in depths of a gully, it is whole: nearer to the crest it is less deep.
+/// Distance below the next-best side, in depths of a gully, from which on a gully has its whole depth: nearer to the
+/// crest it is less deep.
 const CREST_DEPTHS: f32 = 4.0;
 
-/// How far above the channel, in depths of a gully, nothing of its floor is left.
+/// Height above the channel, in depths of a gully, below which gullies fade out towards the floor.
 const FLOOR_DEPTHS: f32 = 0.5;
 
-/// Waves shorter than this many vertices cannot be seen.
+/// Wavelength in vertices below which waves cannot be seen.
 const SHORTEST: f64 = 3.0;
 
-/// Metres added to a height that is divided by, which may be none.
+/// Metres added to a divisor in metres, which may be 0.
 const LEAST_M: f32 = 1e-3;
 
-/// How far apart the vertices are, in turn, of which the fall line and the channel's height become the mean: the sides of
-/// a steep channel are facets, from one to the next of which both jump, and gullies would be broken there.
+/// Distances in vertices of the passes that smooth the fall line and the channel's height: the sides of a steep channel
+/// are facets, from one to the next of which both jump, and gullies would be broken there.
 const SMOOTHED: [usize; 3] = [1, 2, 4];
 
-/// The area whose warp gullies read: the fall line at each vertex of their [`valley_input`] goes by the warp of the vertices
-/// beside it.
+/// Returns the area whose warp gullies read: the fall line at each vertex of their [`valley_input`] depends on the warp
+/// of the vertices beside it.
 pub fn input(area: Area) -> Area {
     valley_input(area).padded(1)
 }
 
-/// The area whose valleys gullies read: the fall line of a vertex goes by those around it.
+/// Returns the area whose valleys gullies read: the fall line of a vertex depends on those around it.
 pub fn valley_input(area: Area) -> Area {
     area.padded(SMOOTHED.iter().sum())
 }
 
 impl Gullies {
-    /// The gullies of a world with these fields; `None` if it has none.
+    /// Creates the gullies of a world with these fields; `None` if it has none.
     ///
-    /// What is too short to be seen there is carved in the mean, but at the vertices themselves.
+    /// Octaves that are too short to be seen are carved as their mean, except at a stride of 1.
     pub fn new(fields: &Fields, (spacing_m, stride): (f64, Stride), seed: u64) -> Option<Gullies> {
         let carves_unseen = stride != Stride::ONE;
         let spacing_m = spacing_m * stride.vertices() as f64;
@@ -102,11 +104,11 @@ impl Gullies {
             return None;
         }
         let rills = fields.settings().rills;
-        // Three octaves: a fourth would cost as much as each and be lower than the roughness.
+        // A fourth octave would cost as much as each of the three, and be lower than the roughness.
         let waves_m = std::iter::successors(Some(FIRST_WAVE * finest_m), |wave_m| Some(wave_m / WAVE_RATIO));
         let waves_m: Vec<f64> = waves_m.take(MOST_OCTAVES).collect();
         let is_seen = |wave_m: &f64| *wave_m >= SHORTEST * spacing_m;
-        // All over a face they would look combed.
+        // If rills were all over a face, it would look combed.
         let patches = || {
             let wavelength_m = PATCH_WAVE * finest_m;
             let spec = FractalSpec { kind: FractalKind::Fbm, octaves: 1, wavelength_m, lacunarity: 2.0, h: 1.0 };
@@ -122,12 +124,12 @@ impl Gullies {
                 stripes: Stripes::new(*wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(index as u64))),
                 depth_m: depth_m as f32,
                 patches: rills.map(|_| patches()),
-                // Of `depth / 2 * cos(2 pi x / wave)`, along x.
+                // The largest slope of `depth / 2 * cos(2 pi x / wave)` along x.
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
             }
         };
         let octaves = waves_m.iter().enumerate().filter(|(_, wave_m)| is_seen(wave_m)).map(octave).collect();
-        // Half of a wave is crest, and rills are there on half of the faces.
+        // In the mean half of the depth is carved, and rills are there on half of the faces.
         let unseen = waves_m.iter().enumerate().filter(|(_, wave_m)| !is_seen(wave_m)).map(|(index, wave_m)| {
             let (rills, depth_m) = depth_m(index, *wave_m);
             (depth_m * if rills.is_some() { 0.25 } else { 0.5 }) as f32
@@ -152,13 +154,15 @@ impl Gullies {
         })
     }
 
-    /// Metres below the next-best side from which on gullies do not ask how far it is, where no hillside is steeper.
+    /// Returns the metres below the next-best side from which on gullies do not ask how far it is, if no hillside is
+    /// steeper than `steepest`.
     pub fn crest_read_m(&self, steepest: f32) -> f32 {
         let deepest_m = self.octaves.iter().map(|octave| octave.depth_m).fold(self.rough_m, f32::max);
         CREST_DEPTHS * deepest_m * steepest + LEAST_M
     }
 
-    /// Carves the heights of all nodes, and rightly those whose [`input`] is within them. Rows must be whole patches.
+    /// Carves the heights of all nodes. The results are right at nodes whose [`input`] lies within the nodes. Rows must
+    /// be whole patches.
     pub fn carve(&self, nodes: &Displaced, slope: &[f32], valleys: &mut Valleys) {
         let area = nodes.area;
         let len = area.len();
@@ -177,7 +181,8 @@ impl Gullies {
             }
         }
         let (mut across, mut crest, mut flank) = ([vec![0.0; len], vec![0.0; len]], vec![0.0; len], vec![0.0; len]);
-        // Octaves add up what they carve, and only then is it taken off: all know the hillside as the valleys made it.
+        // Octaves add up what they carve, and the sum is taken off at the end: so all see the hillside as the valleys
+        // made it.
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
         let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope };
         let mut carved = vec![0.0; len];
@@ -210,7 +215,7 @@ impl Gullies {
     }
 }
 
-/// The direction in which the land rises at each vertex of the world, from that in the warped plane.
+/// The direction in which the land rises at each vertex of the world, derived from the direction in the warped plane.
 struct FallLine<'a> {
     area: Area,
     spacing_m: f32,
@@ -228,7 +233,7 @@ impl Kernel for FallLine<'_> {
         let [east, south] = self.warp;
         let one = simd.splat(1.0);
         let per_metre = simd.splat(0.5 / self.spacing_m);
-        // Vertices at the edges are not used, for they lack neighbours.
+        // Results at the edges are not used, because these vertices lack neighbours.
         for at in (0..len).step_by(S::LANES) {
             let bend =
                 |metres: &[f32], by: usize| (after(simd, metres, at, by) - before(simd, metres, at, by)) * per_metre;
@@ -244,19 +249,19 @@ impl Kernel for FallLine<'_> {
     }
 }
 
-/// The lanes that lie so many values before those at an index; where there are none, some value.
+/// Returns the lanes that lie `by` values before those at an index; any value where there are none.
 #[inline(always)]
 fn before<S: Simd>(simd: S, values: &[f32], at: usize, by: usize) -> S::F32 {
     beside(simd, values, at as isize - by as isize)
 }
 
-/// The lanes that lie so many values after those at an index; where there are none, some value.
+/// Returns the lanes that lie `by` values after those at an index; any value where there are none.
 #[inline(always)]
 fn after<S: Simd>(simd: S, values: &[f32], at: usize, by: usize) -> S::F32 {
     beside(simd, values, at as isize + by as isize)
 }
 
-/// The lanes from an index on that may lie beyond the ends.
+/// Returns the lanes from an index on, which may lie beyond the ends.
 #[inline(always)]
 fn beside<S: Simd>(simd: S, values: &[f32], first: isize) -> S::F32 {
     match (0..=values.len() as isize - S::LANES as isize).contains(&first) {
@@ -265,17 +270,18 @@ fn beside<S: Simd>(simd: S, values: &[f32], first: isize) -> S::F32 {
     }
 }
 
-/// Single values from an index on, those at the ends for what lies beyond: some of a group may be there where others are not.
-// Few groups lie there, and the others are faster without this among them.
+/// Returns single values from an index on, and the first or the last value beyond the ends: some lanes of a group may
+/// lie there.
+// Few groups lie at the ends, and the others are faster if this is not inlined.
 #[cold]
 #[inline(never)]
 fn one_by_one(values: &[f32], first: isize) -> [f32; MAX_LANES] {
     std::array::from_fn(|lane| values[(first + lane as isize).clamp(0, values.len() as isize - 1) as usize])
 }
 
-/// The mean of each value and those before and after it, of which it counts for as much as both.
+/// The weighted mean of each value and its neighbours on both sides: the value counts for as much as both together.
 struct Smooth<'a> {
-    /// From a value to the next that counts.
+    /// Distance from a value to its neighbours that count.
     apart: usize,
     values: &'a [f32],
     smoothed: &'a mut [f32],
@@ -288,7 +294,7 @@ impl Kernel for Smooth<'_> {
     fn run<S: Simd>(self, simd: S) {
         let half = simd.splat(0.5);
         for at in (0..self.values.len()).step_by(S::LANES) {
-            // Those at the edge have no neighbours, and are not used.
+            // Values at the edges have no neighbours, and are not used.
             let around = half * (before(simd, self.values, at, self.apart) + after(simd, self.values, at, self.apart));
             simd.store(half * (simd.load(&self.values[at..]) + around), &mut self.smoothed[at..]);
         }
@@ -318,11 +324,11 @@ impl Kernel for Across<'_> {
     }
 }
 
-/// What is known of the hillside of each vertex, before anything is carved.
+/// The hillside at each vertex before anything is carved.
 #[derive(Clone, Copy)]
 struct Hillside<'a> {
     height_m: &'a [f32],
-    /// Height of the channel that it drains to.
+    /// Height of the channel that the vertex drains to.
     level_m: &'a [f32],
     /// The same, smoothed.
     foot_m: &'a [f32],
@@ -331,7 +337,7 @@ struct Hillside<'a> {
     slope: &'a [f32],
 }
 
-/// How much of a detail so many metres high a place takes: nothing in the channel and on the crest.
+/// Returns the share of a detail, `detail_m` metres high, that a place takes: 0 in the channel and on the crest.
 #[inline(always)]
 fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) -> S::F32 {
     let height_m = simd.load(&place.height_m[at..]);
@@ -340,12 +346,12 @@ fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) ->
     let least = simd.splat(LEAST_M);
     // A hyperbola that is a half where the place is a few details above the channel.
     let channel = rise_m / (rise_m + detail_m * simd.splat(3.0) + least);
-    // What is smoothed is not nothing in the channel itself.
+    // By the smoothed height the share is not 0 in the channel itself, so the true height counts as well.
     let above = (height_m - simd.load(&place.level_m[at..])) / (detail_m * simd.splat(FLOOR_DEPTHS) + least);
     let above = simd.min(simd.max(above, simd.splat(0.0)), simd.splat(1.0));
     let channel = channel * above * above * (simd.splat(3.0) - (above + above));
-    // Level at the crest, where the land falls less than on the hillside, and at the whole: beyond, nobody knows how far
-    // the crest is.
+    // The slope of the share is 0 at the crest, where the land falls less than on the hillside, and at the whole depth,
+    // as the distance to the crest is not known further down.
     let below = simd.min(crest_m / (detail_m * simd.splat(CREST_DEPTHS) + least), simd.splat(1.0));
     let crest = below * below * (simd.splat(3.0) - (below + below));
     channel * crest * simd.load(&place.steepness[at..])
@@ -358,7 +364,7 @@ struct CarveOctave<'a> {
     across: &'a [Vec<f32>; 2],
     crest: &'a [f32],
     flank: &'a [f32],
-    /// Noise, where the octave is patchy.
+    /// Noise of the patches, if the octave has any.
     patches: &'a [f32],
     fall: &'a mut [Vec<f32>; 2],
     carved: &'a mut [f32],
@@ -379,7 +385,7 @@ impl Kernel for CarveOctave<'_> {
             }
             let carved = simd.load(&self.carved[at..]) + depth * share * (half - half * simd.load(&self.crest[at..]));
             simd.store(carved, &mut self.carved[at..]);
-            // Relative to the hillside's slope: the slope of the stripes.
+            // The slope of the stripes, relative to the hillside's slope.
             let turn = share * simd.splat(self.octave.slope) * simd.load(&self.flank[at..]);
             for axis in [0, 1] {
                 let fall = simd.load(&self.fall[axis][at..]) - turn * simd.load(&self.across[axis][at..]);
@@ -389,7 +395,7 @@ impl Kernel for CarveOctave<'_> {
     }
 }
 
-/// Carves what an octave takes in the mean.
+/// Carves the mean depth of an octave.
 struct CarveMean<'a> {
     depth_m: f32,
     hillside: Hillside<'a>,
@@ -409,7 +415,7 @@ impl Kernel for CarveMean<'_> {
     }
 }
 
-/// Turns what is carved into the height that is left, and adds the roughness.
+/// Turns the carved depth into the height that is left, and adds the roughness.
 struct Roughen<'a> {
     rough_m: f32,
     hillside: Hillside<'a>,

@@ -1,8 +1,9 @@
 //! Lakes: hollows in the beds of channels.
 //!
-//! A channel's bed is dug out on its way, or where it ends in a sink, and water stands in the hollow as high as the bed is
-//! where it goes on. The valley sides rise from the hollow's floor as from any bed, and tributaries come down to it: so
-//! shores are contours of the land, their bays the lower ends of side valleys, and every lake has one outlet.
+//! A channel's bed is dug out on its way, or where it ends in a sink, and water fills the hollow up to the level of the
+//! bed at its outlet. The valley sides rise from the hollow's floor as from any bed, and tributaries run down to the
+//! lake. So shores are contours of the land, bays are the lower ends of side valleys, and every lake on a channel's way
+//! has one outlet.
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
@@ -13,83 +14,85 @@ use crate::geometry::smooth;
 use crate::hash::Draw;
 use crate::lines::LakeId;
 
-/// The height of a lake's surface where there is none.
+/// The level of a lake's surface where there is no lake.
 pub const NO_LAKE: f64 = f64::NEG_INFINITY;
 
-/// Half widths of lakes, as shares of the widest of their level: least, and so much more by chance. Chosen by eye.
+/// Half widths of lakes as shares of the widest of their level: the least value, and the range that chance adds. Chosen
+/// by eye.
 const WIDTHS: (f64, f64) = (0.4, 0.6);
 
-/// How much wider lakes are than those of the next finer level. Chosen by eye.
+/// Ratio of the widths of lakes from one level to the next finer one. Chosen by eye.
 const WIDER: f64 = 0.62;
 
-/// Half widths of its valley's floor that a lake has at least: of less it would have no depth.
+/// Least half width of a lake in half widths of its valley's floor: a narrower lake would have no depth.
 const COVERS: f64 = 1.1;
 
-/// Half widths that a lake is long where there is room, least, and so much more by chance: real ones in troughs are 3 to 10
-/// times as long as wide. Chosen by eye.
+/// Length of a lake in half widths, where there is room: the least value, and the range that chance adds. Real lakes in
+/// troughs are 3 to 10 times as long as wide. Chosen by eye.
 const LENGTHS: (f64, f64) = (8.0, 9.0);
 
-/// Half widths that it is long at least: a shorter one would be round, and the less deep and so the narrower it is where
-/// the bed is steep.
+/// Least length of a lake in half widths: a shorter lake would be round. On a steep bed, where a lake is shorter, it
+/// becomes shallower and so narrower instead.
 const LEAST_LENGTH: f64 = 8.0;
 
-/// Share of a channel's way at which its lake ends: first, and so much later by chance.
+/// Share of a channel's length at which its lake ends: the least value, and the range that chance adds.
 const SILLS: (f64, f64) = (0.5, 0.4);
 
-/// Share of a lake's length over which its floor falls from the sill, and from which on it rises to the inlet.
+/// Share of a lake's length over which its floor falls from the sill, and share from which on it rises to the inlet.
 const FALLS: f64 = 0.3;
 const RISES: f64 = 0.35;
 
-/// How steep a lake's floor is at most where it falls from the sill or rises to the inlet, as a share of the hillside's
-/// slope: of trunks, whose sides count as if their beds were level, and of others.
-/// A [smooth] rise is half again as steep in its middle as on the whole.
+/// Greatest slope of a lake's floor where it falls from the sill or rises to the inlet, as a share of the hillside's
+/// slope: for trunks, whose sides count as if their beds were level, and for other channels. The middle of a [smooth]
+/// rise is half as steep again as its mean slope.
 const STEEPEST_TRUNK: f64 = 0.3;
 const STEEPEST_SHARE: f64 = 0.5;
 const MIDDLE: f64 = 1.5;
 
-/// Half widths of a lake within which the coast is still higher than its water. Chosen by eye.
+/// Distance from a lake, in its half widths, at which the coast must still be higher than its water. Chosen by eye.
 const COAST_WIDTHS: f64 = 3.0;
 
-/// Share of its depth that a lake has at least: what has less room is none.
+/// Least depth of a lake as a share of the depth it should have: with less room there is no lake.
 const LEAST_DEPTH: f64 = 0.2;
 
-/// The depth in metres that it has at least: water without depth is no lake.
+/// Least depth of a lake in metres: shallower water is no lake.
 const LEAST_DEPTH_M: f64 = 0.5;
 
-/// The depth in metres for which there is room all along a lake, at least.
+/// Depth in metres for which there must be room all along a lake.
 const LEAST_ROOM_M: f64 = 0.25;
 
-/// The depth in metres that is left where others are too near for more, and what falls from one knot to the next at least
-/// above the lake.
+/// Depth in metres that a lake keeps where other channels leave no room, and least fall in metres from one knot to the
+/// next above the lake.
 const SHALLOWS_M: f64 = 0.02;
 const LEAST_FALL_M: f64 = 0.001;
 
-/// Straight segments of a channel that has a lake, at least: of fewer its floor would have corners.
+/// Least number of straight segments of a channel with a lake: with fewer the lake's floor would have corners.
 const LEAST_SEGMENTS: f64 = 32.0;
 
-/// Half widths of a lake that lie between its middle and other channels of its level at least, whose beds do not know of it.
+/// Least distance from the middle of a lake to other channels of its level, in half widths of the lake: their beds do
+/// not know of the lake.
 const CLEAR: f64 = 2.5;
 
-/// What is left open of a lake's depth where smaller streams come in, from one level to the next as a share: streams fill
-/// what they have dug, and it would be a needle of water. Chosen by eye.
+/// Share of a lake's depth that is left open at the mouths of tributaries, from one level to the next: streams fill the
+/// trenches they have dug, which would be needles of water. Chosen by eye.
 const LEFT_OPEN: f64 = 0.6;
 
-/// How much gentler the sides of a channel are than those of the channel whose lake it comes to, at most.
+/// Greatest ratio of the side slope of the channel with the lake to that of a channel that runs into it.
 const GENTLER: f64 = 1.5;
 
 /// A lake that a channel may have.
 #[derive(Clone, Copy, Debug)]
 pub struct Hollow {
-    /// Half its width in grains, where it is widest.
+    /// Half width of the lake in grains, at its widest.
     half_width: f64,
-    /// Half widths that it is long at most.
+    /// Greatest length of the lake in half widths.
     length: f64,
-    /// The share of its channel's way at which it ends.
+    /// Share of its channel's length at which the lake ends.
     sill: f64,
 }
 
 impl Hollow {
-    /// The lake of the channel of that id in a level, drawn with the level's seed.
+    /// Draws the lake of a level's channel with the level's seed.
     pub fn new(fields: &Fields, seed: u64, level: u32, id: NodeId) -> Hollow {
         let by_chance = |(least, more): (f64, f64), draw| least + more * chance(seed, id, draw, 0);
         Hollow {
@@ -99,29 +102,30 @@ impl Hollow {
         }
     }
 
-    /// Half the width in grains that no lake of a level exceeds.
+    /// Returns the half width in grains of the widest lake of a level.
     pub fn widest(fields: &Fields, level: u32) -> f64 {
         fields.lake_half_width() * WIDER.powi(level as i32)
     }
 
-    /// The same lake in a valley whose floor has that half width in grains: it covers it.
+    /// Widens the lake so that it covers its valley's floor, which has this half width in grains.
     pub fn on_floor(self, trough: f64) -> Hollow {
         Hollow { half_width: self.half_width.max(COVERS * trough), ..self }
     }
 
-    /// Half its width in grains.
+    /// Half width of the lake in grains.
     pub fn half_width(&self) -> f64 {
         self.half_width
     }
 
-    /// The depth in metres at which a valley with those sides and that half width of its floor is as wide as the lake.
+    /// Returns the depth in metres at which the water in a valley, given its side slope and its floor's half width, is
+    /// as wide as the lake.
     pub fn depth_m(&self, fields: &Fields, hill_slope: f64, trough: f64) -> f64 {
         depth_m(fields, hill_slope, trough, self.half_width)
     }
 
-    /// Digs the lake into a channel, and says whether there is room for it. `is_own` tells whether a place lies on no floor of
-    /// a larger valley, `least_m` below which height nothing may be dug there, and `others` how many grains away other channels
-    /// of the level are.
+    /// Digs the lake into a channel, and tells whether there was room for it. `is_own` tells whether a place lies
+    /// outside the floors of larger valleys, `least_m` gives the height below which nothing may be dug at a place, and
+    /// `others` the distance in grains to other channels of the level.
     pub fn dig(
         &self,
         fields: &Fields,
@@ -147,20 +151,20 @@ impl Hollow {
             0 => STEEPEST_TRUNK * hill_slope,
             _ => STEEPEST_SHARE * hill_slope,
         };
-        // The deepest that it may be if it begins at a knot; of equal ones the longest.
+        // The greatest possible depth of a lake that begins at a knot. Of equally deep lakes the longest is taken.
         let deepest_m = |inlet: usize| {
             let long_m = (way[sill] - way[inlet]) * fields.metres_a_grain();
             let rise_m = steepest / MIDDLE * long_m * (1.0 - RISES) - (knots[inlet].level_m - level_m);
             let narrow_m = depth_m(fields, hill_slope, trough, (way[sill] - way[inlet]) / LEAST_LENGTH);
             wanted_m.min(rise_m).min(narrow_m).min(steepest / MIDDLE * long_m * FALLS)
         };
-        // Never from the head: there the channel above goes on.
+        // Never from the head, where the channel above ends.
         let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= lake.length * lake.half_width);
         let best = inlets.map(|inlet| (deepest_m(inlet), inlet)).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, mut inlet)) = best else { return false };
         let clear_m = |at: Point| level_m - depth_m(fields, hill_slope, trough, others(at) / CLEAR);
         let floor_m = |at: Point| clear_m(at).max(least_m(at));
-        // Where there is no room for water it would be two lakes: it begins below that.
+        // At a place without room for water the lake would be cut in two, so it begins below.
         let is_narrow = |inlet: usize, knot: &usize| {
             let up = (way[sill] - way[*knot]) / (way[sill] - way[inlet]);
             up > FALLS && floor_m(knots[*knot].at) > level_m - LEAST_ROOM_M
@@ -177,24 +181,24 @@ impl Hollow {
             return false;
         }
         dig(&mut knots[inlet..=sill], level_m, deep_m, true, floor_m);
-        // Beside others there may be no room for its depth.
+        // Beside other channels there may be no room for the least depth.
         if !knots[inlet..sill].iter().any(|knot| knot.level_m < level_m - shallowest_m) {
             return false;
         }
-        // The sill itself is the river's again.
+        // The sill itself belongs to the river.
         knots[sill].pool_m = NO_LAKE;
         channel.knots = knots;
         channel.lake = Some(LakeId(channel.id));
         true
     }
 
-    /// Whether a lake of that level at a place is one that the coast does not come near.
+    /// True if a lake with this level at a place is out of the coast's reach.
     pub fn is_inland(&self, fields: &Fields, at: Point, level_m: f64) -> bool {
         let shore_m = fields.inland_m(at) - COAST_WIDTHS * self.half_width * fields.metres_a_grain();
         level_m >= fields.lowest_lake_m() && (!fields.has_sea() || fields.coast_m(shore_m as f32) as f64 > level_m)
     }
 
-    /// Digs the part of the lake at a sink that lies in a channel which ends there, where it is so deep.
+    /// Digs the part of a sink's lake that lies in a channel which ends at the sink, to a depth.
     pub fn dig_sink(&self, channel: &mut Channel, depth_m: f64) {
         let way = ways(&channel.knots);
         let last = way.len() - 1;
@@ -205,13 +209,13 @@ impl Hollow {
     }
 }
 
-/// The depth in metres at which a valley with those sides and that half width of its floor is so many grains wide to each
-/// side.
+/// Returns the depth in metres at which the water in a valley, given its side slope and its floor's half width, reaches
+/// `half_width` grains to each side.
 fn depth_m(fields: &Fields, hill_slope: f64, trough: f64, half_width: f64) -> f64 {
     hill_slope * fields.metres_a_grain() * rise(half_width, 0.0, trough, 0.0)
 }
 
-/// The same course with more knots, so that none of its segments is longer than so many grains.
+/// Adds knots to a course, so that none of its segments is longer than `longest` grains.
 fn refined(knots: &[Knot], longest: f64) -> Vec<Knot> {
     let between = knots.windows(2).flat_map(|pair| {
         let parts = (pair[0].at.distance(pair[1].at) / longest.max(1.0)).ceil().max(1.0) as usize;
@@ -220,20 +224,20 @@ fn refined(knots: &[Knot], longest: f64) -> Vec<Knot> {
     between.chain(knots.last().copied()).collect()
 }
 
-/// Digs out the bed from a lake's inlet to its sill, or to the middle of one that has no outlet, and nowhere deeper than
-/// some height at a place.
+/// Digs out the bed from a lake's inlet to its sill, or to the middle of a lake without outlet, and nowhere deeper than
+/// `least_m` at a place.
 fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m: impl Fn(Point) -> f64) {
     let way = ways(knots);
     let end = way[way.len() - 1];
     for (knot, way) in knots.iter_mut().zip(way) {
         let up = (end - way) / end.max(1.0);
         let out = if has_outlet { smooth(up / FALLS) } else { 1.0 };
-        // However little room there is, some water is left all the way, so that it is one lake.
+        // However little room there is, some water remains all the way, so that it is one lake.
         let floor_m = (level_m - depth_m * out).max(least_m(knot.at)).min(level_m - SHALLOWS_M * out);
         knot.level_m = floor_m + (knot.level_m - floor_m) * smooth((up - RISES) / (1.0 - RISES));
         knot.pool_m = level_m;
     }
-    // Where the room changes from place to place, what comes down to the lake falls all the same.
+    // Even where the room changes from place to place, the bed above the lake must fall towards it.
     for index in (0..knots.len() - 1).rev() {
         let below_m = knots[index + 1].level_m;
         if knots[index].level_m >= level_m {
@@ -242,12 +246,12 @@ fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m
     }
 }
 
-/// Lets the water of a lake stand no higher than its sill, and as far up as that is, once beds have been lowered; and its floor
-/// no higher than that from its deepest place to the sill: what was shallows before would be a dam.
+/// Adapts a lake to beds that have been lowered: the water stands no higher than its sill, and reaches as far up as
+/// that. From its deepest place to the sill, the floor lies below the water: former shallows would dam the lake.
 pub fn fill(knots: &mut [Knot]) {
     for index in (0..knots.len() - 1).rev() {
         let below = knots[index + 1];
-        // Never to the head: there the channel above goes on.
+        // Not to the head, where the channel above ends.
         let is_drowned = index > 0 && below.pool_m > below.level_m;
         if knots[index].pool_m > NO_LAKE || is_drowned {
             knots[index].pool_m = if below.pool_m > NO_LAKE { below.pool_m } else { below.level_m };
@@ -261,14 +265,15 @@ pub fn fill(knots: &mut [Knot]) {
     }
 }
 
-/// Grains that the floor of a lake lies under its water at most in a channel of a level, on sides of slope 1: its own lake, or
-/// what is left open of a larger one where it comes to that.
+/// Returns the greatest depth in grains of a lake's floor below its water in a channel of a level, on sides of slope 1:
+/// of the channel's own lake, or of the open part of a larger lake at the channel's mouth.
 pub fn most_sunk(fields: &Fields, level: u32) -> f64 {
     let own = Hollow::widest(fields, level).max(COVERS * fields.widest_trough(level));
     (GENTLER * own).min(fields.lake_half_width())
 }
 
-/// Height to which the mouth of a valley of a level is filled that ends in a lake of a larger one, at a floor so high.
+/// Returns the height to which a valley's mouth is filled where the valley, of this level, ends in a lake of a larger
+/// valley whose floor is this high.
 pub fn filled_m(lake: LakeId, pool_m: f64, floor_m: f64, level: u32) -> f64 {
     pool_m - (pool_m - floor_m) * LEFT_OPEN.powi((level - lake.0.0) as i32)
 }
@@ -311,7 +316,7 @@ mod tests {
                     .filter(|knot| knot.pool_m > NO_LAKE)
                     .map(|knot| knot.pool_m - knot.level_m)
                     .collect();
-                // Up from the deepest place it comes to its inlet, and before that to no shallows.
+                // Going up from the deepest place there is no shallow before the inlet.
                 let deepest = (0..depths.len()).max_by(|a, b| depths[*a].total_cmp(&depths[*b])).unwrap();
                 let shallow = depths[..deepest].iter().rposition(|depth| *depth < 0.1).map_or(0, |shallow| shallow + 1);
                 let beyond = depths[..shallow].iter().copied().fold(0.0, f64::max);

@@ -1,5 +1,5 @@
-//! The lift: what layers of rock and the ceiling make of a height. It rises strictly, so no pit comes of it, and layers
-//! begin at the sea's level, so no shore comes of it.
+//! The lift: the change of heights by layers of rock and by the ceiling. It is strictly increasing, so it makes no
+//! pits. Layers begin at the sea's level, so the lift moves no shores.
 
 use super::settings::{FluvialSettings, Strata};
 use crate::hash::{self, Stream};
@@ -9,19 +9,19 @@ use crate::hash::{self, Stream};
 pub struct Lift {
     strata: Option<Strata>,
     seed: u64,
-    /// Where the lowest layer begins: the level of the sea, whose floor has none.
+    /// Height in metres at which the lowest layer begins: the level of the sea, whose floor has no layers.
     datum_m: f64,
-    /// Up to here the ceiling changes nothing.
+    /// Height in metres up to which the ceiling changes nothing.
     knee_m: f64,
-    /// From the knee to the ceiling.
+    /// Metres from the knee to the ceiling.
     room_m: f64,
 }
 
-/// How much of a layer's cliff there is at least: no two layers are alike. Chosen by eye.
+/// Least share of a layer's full cliff. Chance varies the cliffs, so that no two layers are alike. Chosen by eye.
 const LEAST_CLIFF: f64 = 0.4;
 
 impl Lift {
-    /// The lift of a world with these settings.
+    /// Makes the lift of a world with these settings.
     pub fn new(settings: &FluvialSettings, sea_level_m: Option<f64>, seed: u64) -> Lift {
         let knee_m = settings.knee * settings.ceiling_m;
         let room_m = settings.ceiling_m - knee_m;
@@ -29,7 +29,7 @@ impl Lift {
         Lift { strata: settings.strata.clone(), seed: hash::stream(seed, Stream::Strata), datum_m, knee_m, room_m }
     }
 
-    /// The height in metres that becomes of one.
+    /// Returns the height in metres after layers and ceiling.
     pub fn at(&self, height_m: f64) -> f64 {
         let layered_m = match &self.strata {
             Some(strata) if height_m > self.datum_m => {
@@ -38,7 +38,7 @@ impl Lift {
                 let within = layers - layer;
                 let luck = hash::share(hash::lattice(self.seed, layer as i64, 0));
                 let cliff = strata.cliff * (LEAST_CLIFF + (1.0 - LEAST_CLIFF) * luck);
-                // A gentle bench below, the steep cliff above it; both together are as high as the layer is thick.
+                // A gentle bench below, and the steep cliff above it; together they are as high as the layer is thick.
                 let bench = 1.0 - cliff / strata.steepness;
                 let risen = if within < bench {
                     within * ((1.0 - cliff) / bench)
@@ -49,7 +49,7 @@ impl Lift {
             }
             _ => height_m,
         };
-        // A hyperbola that leaves the knee with slope 1 and comes to the ceiling at infinity.
+        // A hyperbola that leaves the knee with slope 1 and approaches the ceiling at infinity.
         let over = layered_m - self.knee_m;
         if over <= 0.0 { layered_m } else { self.knee_m + over / (1.0 + over / self.room_m) }
     }

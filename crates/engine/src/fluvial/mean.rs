@@ -1,28 +1,28 @@
-//! The mean of finer nodes: land from so far that even the trunks' valleys are finer than its nodes.
+//! The mean of finer nodes: land at strides so large that even the trunks' valleys are finer than its nodes.
 
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 
-/// Metres that the sea is deep and land is above it, at least: so each is what it is said to be.
+/// Least depth of the sea and least height of land above it, in metres: so each node's height agrees with its kind.
 const LEAST_M: f32 = 0.01;
 
-/// The share of the ground of a node that is a river from which on one is seen there.
+/// Least share of a node's ground under rivers at which the node is a river.
 const LEAST_RIVER: f32 = 0.1;
 
-/// Finer nodes a side that are made at a time.
+/// Finer nodes a side that are made at once.
 const MOST_NODES: i64 = 512;
 
 /// The land of an area of nodes, as it is filled in.
 pub struct Means {
-    /// Finer nodes from a node to the next: a power of two.
+    /// Finer nodes from one node to the next: a power of two.
     finer: i64,
     sea_level_m: f32,
     heights: Grid<f32>,
     water: Water,
 }
 
-/// The sums over the finer nodes of a node, each by its weight; of all weights together the sum is 1.
+/// The weighted sums over the finer nodes of a node; the weights add up to 1.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     sea: f32,
@@ -35,8 +35,8 @@ struct Sums {
 }
 
 impl Means {
-    /// The land at the nodes of an area, with so many finer ones from one to the next, given what makes the land of an area of
-    /// these. Of what lies around a node, that on its edge counts half.
+    /// Makes the land at the nodes of an area, with `finer` finer nodes from one to the next, whose land `make` makes.
+    /// Each node is the mean of the square around it, in which the finer nodes on the edge count half.
     pub fn of(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Land) -> Land {
         let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water: Water::none(area) };
         let side = (MOST_NODES / finer).max(1) as usize;
@@ -64,7 +64,7 @@ impl Means {
 }
 
 impl Sums {
-    /// Those of a node.
+    /// Sums up the finer nodes around a node.
     fn around([x, y]: [i64; 2], finer: i64, land: &Land) -> Sums {
         let water = land.water.as_ref().expect("fluvial land knows its water");
         let half = finer / 2;
@@ -93,7 +93,8 @@ impl Sums {
         sums
     }
 
-    /// Height, water and its depth at the node: what most of its ground is, and of that alone.
+    /// Returns height, kind and depth of water at the node. The kind follows from the ground's largest part, and the
+    /// height is the mean over sea alone or land alone.
     fn mean(&self, sea_level_m: f32) -> (f32, WaterKind, f32) {
         if self.sea >= 0.5 {
             let floor_m = (self.sea_m / self.sea).min(sea_level_m - LEAST_M);
@@ -110,7 +111,7 @@ impl Sums {
     }
 }
 
-/// The finer nodes that an area of nodes is made of.
+/// Returns the finer nodes of which the nodes of an area are made.
 fn around(area: Area, finer: i64) -> Area {
     let half = finer / 2;
     Area {
@@ -130,7 +131,7 @@ mod tests {
         let land = |area: Area| {
             let mut land = Land { heights: Grid::filled(area, 0.0), water: Some(Water::none(area)) };
             for (x, y) in area.vertices() {
-                // A slope that the sea comes up to.
+                // A slope with the sea at its foot.
                 let height_m = 3.0 * x as f32 + y as f32 + 0.5;
                 land.heights.row_mut(y, x, x + 1)[0] = height_m;
                 let water = land.water.as_mut().unwrap();

@@ -1,8 +1,8 @@
 //! Meanders: how a river swings to and fro along its course.
 //!
-//! A river that is free to choose takes the way whose direction swings as a sine along its own length: the
-//! sine-generated curve, which spreads the turning evenly and so bends least. Here it is added to a smooth course, as
-//! what each place of that is moved along it and to its side.
+//! The direction of a freely meandering river swings as a sine of the distance along the river: the sine-generated
+//! curve, which spreads the turning evenly and so bends least. Here the curve is added to a smooth course: each place
+//! of the course is moved along the course and to its side.
 //!
 //! Based on: W. B. Langbein, L. B. Leopold, River meanders: theory of minimum variance, 1966.
 
@@ -12,41 +12,43 @@ use super::fields::Fields;
 use super::point::GRAINS;
 use crate::geometry::{LineSegment, cross, dot, length};
 
-/// Widths of a river from one meander to the next, at least.
+/// Least length of a meander, in widths of its river.
 ///
-/// Half as many again as those of L. B. Leopold, M. G. Wolman, River meanders, 1960: so bends stay rounder than two widths
-/// where the warp tightens them, and where a long river is still narrower than it is on the whole.
+/// Half as long again as in L. B. Leopold, M. G. Wolman, River meanders, 1960. So bends stay rounder than two widths
+/// where the warp tightens them, and where a long river is narrower than its mean width.
 pub const WAVE_WIDTHS: f64 = 18.0;
 
-/// Width in vertices of the narrowest river as far as meanders go: those of a brook would be ripples beside the bends of its
-/// valley, and take many knots. Chosen by eye.
+/// Width in vertices of the narrowest river for which meanders are made: smaller meanders would be ripples beside the
+/// bends of the valley, and take many knots. Chosen by eye.
 const NARROWEST: f64 = 7.0;
 
-/// How far a river turns from its course at most, in radians: on a wide floor, where it is 1.3 times as long as its course,
-/// and in a valley without one.
+/// Greatest angle in radians between a river and its course: on a wide floor, where the river is 1.3 times as long as
+/// its course, and in a valley without a floor.
 pub const MOST_TURN: f64 = 1.0;
 pub const CONFINED_TURN: f64 = 0.8;
 
-/// How far a line turns, in radians, from one of its knots to the next about: of a river a vertex wide, and less with the
-/// root of the width, so that the chord of a bend of two widths is off it by a thirtieth of a vertex; but least and most.
+/// Angle in radians by which a line turns from one knot to the next: for a river one vertex wide, and less with the
+/// root of the width, so that the chord of a bend of two widths is off the bend by a thirtieth of a vertex. And the
+/// least and greatest angle.
 const KNOT_TURN: f64 = 0.35;
 const KNOT_TURNS: [f64; 2] = [0.12, 0.2];
 
-/// How far a line turns at most, as the tangent of 0.22 radians, from half its width before a place to half its width after it, and how
-/// many times what turns more is smoothed, in so many passes each: a bend of 2.3 widths turns by as much.
+/// Sharpest turn of a line from half its width before a place to half its width after it: the tangent of 0.22 radians,
+/// by which a bend of 2.3 widths turns. Sharper turns are smoothed in up to so many rounds, of so many passes each.
 const SHARPEST: f64 = 0.223_619_421_518_684_08;
 const FAIR_ROUNDS: u32 = 48;
 const FAIR_PASSES: u32 = 4;
 
-/// Places a meander and a straight segment of a course that are looked at for how far the line turns.
+/// Places examined for how far the line turns: in each meander, in each straight segment of a course at least, and at
+/// most.
 const LOOKS_A_WAVE: f64 = 64.0;
 const LOOKS: f64 = 8.0;
 const MOST_LOOKS: f64 = 384.0;
 
-/// Places of a line that a loop in which it crosses itself has at most: in so many it turns round more than once.
+/// Most places in a loop in which a line crosses itself: with so many places, a line turns round more than once.
 const MOST_LOOP: usize = 24;
 
-/// Width in grains of a river that drains an area, as far as meanders go.
+/// Returns the width in grains that counts for the meanders of a river that drains an area.
 pub fn meander_width(fields: &Fields, area: f64) -> f64 {
     (fields.river_width_m(area) / fields.metres_a_grain()).max(NARROWEST * GRAINS as f64)
 }
@@ -54,29 +56,29 @@ pub fn meander_width(fields: &Fields, area: f64) -> f64 {
 /// The meanders at a place of a course.
 #[derive(Clone, Copy, Debug)]
 pub struct Meander {
-    /// Meanders since some place upstream.
+    /// Number of meanders from some place upstream to here.
     pub phase: f64,
-    /// How far the river turns from its course at most, in radians, up to [`MOST_TURN`].
+    /// Greatest angle in radians between the river and its course, up to [`MOST_TURN`].
     pub turn: f64,
     /// Length of a meander, measured along the course.
     pub wave: f64,
 }
 
 impl Meander {
-    /// How far meanders of that length swing to the side that turn so far at most; less than in proportion.
+    /// Returns the sideways swing of meanders of that length and turn. It grows less than in proportion to the turn.
     pub fn swing(wave: f64, turn: f64) -> f64 {
         let [along, side, _] = series(turn);
         wave / TAU * side / along
     }
 
-    /// What is moved there: along the course, and to its side.
+    /// Returns the displacement of the place: along the course, and to its side.
     fn moved(&self) -> [f64; 2] {
         if self.turn == 0.0 {
             return [0.0; 2];
         }
         let [along, side, sway] = series(self.turn);
         let scale = self.wave / (TAU * along);
-        // The phase alone may be large: whole turns are taken off before it is an angle.
+        // The phase may be large, so whole turns are taken off before it becomes an angle.
         let phase = TAU * (self.phase - self.phase.floor());
         [scale * sway * libm::sin(2.0 * phase), scale * side * libm::cos(phase)]
     }
@@ -91,8 +93,9 @@ impl Meander {
     }
 }
 
-/// Bessel functions of a turn: the zeroth, twice the first, and the second, which are how far a sine-generated curve
-/// comes along, to the side, and ahead and behind. Their power series, exact to a thousandth up to [`MOST_TURN`].
+/// Returns the Bessel functions of a turn: the zeroth, twice the first, and the second. They are the amplitudes of a
+/// sine-generated curve along the course, to the side, and ahead and behind. Computed by their power series, exact to a
+/// thousandth up to [`MOST_TURN`].
 fn series(turn: f64) -> [f64; 3] {
     let square = turn * turn;
     let along = 1.0 - square / 4.0 * (1.0 - square / 16.0 * (1.0 - square / 36.0));
@@ -101,20 +104,20 @@ fn series(turn: f64) -> [f64; 3] {
     [along, side, sway]
 }
 
-/// A place of a line: in which straight segment of the course, at which share of it, and where it is moved.
+/// A place of a line: its segment of the course, its share of that segment, and where it is moved to.
 #[derive(Clone, Copy, Debug)]
 pub struct LinePlace {
     /// The number of the segment.
     pub segment: usize,
-    /// The share of the segment, 0 to 1, 1 excluded but for the end of the course.
+    /// The share of the segment, 0 to 1, 1 excluded except at the end of the course.
     pub share: f64,
-    /// Where it is.
+    /// The displaced place.
     pub at: [f64; 2],
 }
 
-/// The line of a river of some width that meanders along a course: through its places, if it does not meander there,
-/// smoothly, and with more places in between where it has turned enough for a corner to show. At both ends it stays where
-/// the course is, and has that direction if there is one.
+/// Returns the line of a river of that width that meanders along a course. Without meanders the line passes smoothly
+/// through the places of the course. It has more places where it turns so much that a corner would show. At both ends
+/// it stays on the course, and has the direction in `ends`, if one is given.
 pub fn line(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2], meanders: &[Meander], width: f64) -> Vec<LinePlace> {
     let last = course.len() - 1;
     let tangents = tangents(course, ends);
@@ -142,7 +145,7 @@ pub fn line(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2], meanders: &[Meande
     unlooped(&thinned(&places, knot_turn(width)))
 }
 
-/// A line without the small loops in which it crosses itself where its course bends more tightly than it swings.
+/// Cuts off small loops in which a line crosses itself, where its course bends more tightly than it swings.
 fn unlooped(places: &[LinePlace]) -> Vec<LinePlace> {
     let segment = |index: usize| LineSegment::between(places[index].at, places[index + 1].at);
     let mut kept = vec![places[0]];
@@ -157,17 +160,17 @@ fn unlooped(places: &[LinePlace]) -> Vec<LinePlace> {
     kept
 }
 
-/// How far a line of that width in grains turns, in radians, from one of its knots to the next.
+/// Returns the angle in radians by which a line of that width in grains turns from one knot to the next.
 fn knot_turn(width: f64) -> f64 {
     let [least, most] = KNOT_TURNS;
     (KNOT_TURN / (width / GRAINS as f64).sqrt()).clamp(least, most)
 }
 
-/// Rounds off where a line turns more sharply than rivers of that width do: where its course bends towards the side to
+/// Smooths a line where it turns more sharply than rivers of that width do: where its course bends towards the side to
 /// which it swings.
 fn fair(places: &mut [LinePlace], width: f64) {
     let last = places.len() - 1;
-    // Squares of half a width and of ways are compared, which takes no root.
+    // Compares squares of distances with the square of half a width, to save square roots.
     let least = width * width / 4.0;
     for _ in 0..FAIR_ROUNDS {
         let mut is_sharp = vec![false; places.len()];
@@ -204,7 +207,7 @@ fn fair(places: &mut [LinePlace], width: f64) {
     }
 }
 
-/// The angle from one way to another, in radians, positive clockwise where y is down.
+/// Returns the angle in radians from one direction to another, positive clockwise where y is down.
 fn turn(before: [f64; 2], after: [f64; 2]) -> f64 {
     libm::atan2(cross(before, after), dot(before, after))
 }
@@ -213,8 +216,8 @@ fn way(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
     [to[0] - from[0], to[1] - from[1]]
 }
 
-/// The tangents of a smooth curve at the places of a course, whose ends may have directions: else it goes on there as if
-/// it turned as much as at the place before.
+/// Returns the tangents of a smooth curve at the places of a course. `ends` may give the directions at its ends. An end
+/// without one turns as much as the place beside it.
 ///
 /// Based on: E. Catmull, R. Rom, A class of local interpolating splines, 1974.
 fn tangents(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2]) -> Vec<[f64; 2]> {
@@ -232,7 +235,7 @@ fn tangents(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2]) -> Vec<[f64; 2]> {
     tangents
 }
 
-/// A place of a smooth curve through those of a course, and the direction there.
+/// Returns a place of the smooth curve through a course, and the direction there.
 fn smooth(course: &[[f64; 2]], tangents: &[[f64; 2]], segment: usize, share: f64) -> ([f64; 2], [f64; 2]) {
     let (from, to) = (course[segment], course[segment + 1]);
     let (leave, arrive) = (tangents[segment], tangents[segment + 1]);
@@ -252,7 +255,8 @@ fn smooth(course: &[[f64; 2]], tangents: &[[f64; 2]], segment: usize, share: f64
     (place, direction)
 }
 
-/// What is left of a line's places: where segments of the course begin, and where the line has turned enough.
+/// Thins the places of a line: keeps those where segments of the course begin, and those where the line has turned
+/// enough.
 fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
     let last = places.len() - 1;
     let ways = |index: usize| {
@@ -268,7 +272,8 @@ fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
             kept.push(segment[0]);
             inner.next();
         }
-        // Most segments turn little in all, which tangents, no less than their angles, tell without one.
+        // Most segments turn little in all. The sum of tangents, which are never less than their angles, shows that
+        // without computing an angle.
         let tangent = |index: usize| {
             let (before, after) = ways(index);
             let ahead = dot(before, after);
@@ -315,12 +320,12 @@ mod tests {
             sharpest = sharpest.max(turn(way(three[0].at, three[1].at), way(three[1].at, three[2].at)).abs());
         }
         assert!(sharpest < 0.35, "a corner of {sharpest} rad");
-        // As wide as the series says, and longer than the course.
+        // The swing is as wide as the series says.
         let widest = places.iter().map(|place| place.at[1].abs()).fold(0.0, f64::max);
         let swing = Meander::swing(2000.0, MOST_TURN);
         assert!((widest / swing - 1.0).abs() < 0.02, "{widest} for {swing}");
         assert!(2.0 * WIDTH < swing && swing < 3.5 * WIDTH);
-        // It is 1.3 times as long as its course where it swings most.
+        // Where it swings most, the line is 1.3 times as long as its course.
         let middle: Vec<[f64; 2]> = places.iter().filter(|p| (4..12).contains(&p.segment)).map(|p| p.at).collect();
         let long: f64 = middle.windows(2).map(|pair| length(way(pair[0], pair[1]))).sum();
         assert!((1.25..1.35).contains(&(long / 8000.0)), "{long} for 8000");
@@ -346,7 +351,7 @@ mod tests {
             };
             let meanders: Vec<Meander> = (0..=32).map(meander).collect();
             let places = line(&course, [Some(way(0)), Some(way(31))], &meanders, WIDTH);
-            // As sharp as it is from half a width before a place to half a width after it.
+            // Measures the turn from half a width before each place to half a width after it.
             for (index, place) in places.iter().enumerate() {
                 let off = |other: &&LinePlace| length(super::way(place.at, other.at)) > 0.5 * WIDTH;
                 let (before, after) = (places[..index].iter().rev().find(off), places[index..].iter().find(off));

@@ -17,16 +17,17 @@
 //! ```
 //!
 //! Everything is a pure function of the seed and of lattice ids. A vertex depends on the segments of channels whose
-//! [reach](segment::Segment::reach) holds it, a channel on those of coarser levels within a few cells, and a trunk on
-//! its whole basin, which is flooded and remembered. What a stage reads to make an area stands beside it, as its
-//! `input`.
+//! [reach](segment::Segment::reach) holds it, a channel on channels of coarser levels within a few cells, and a trunk
+//! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
+//! stage reads to make an area.
 //!
-//! The rooms, in the order of that way: `point_noise`, `potential`, `fields` and `lift` have the laws; `trunk` the lattice of the largest rivers,
-//! `trunk_curve`, `meander`, `delta` and `trunk_course` their lines, `lake` their lakes, and `branches` their old arms;
-//! `tributary_course` and `tributary` all others; `network` finds channels and their `segment`s by place; `warp`,
-//! `valley` and `valley_side`, `gullies`, `moraine`, `barrier` and `glacier`, which are `stamp`s, `coast`, `skerries`, `breach` and `water`
-//! make rasters of them; `rivers` and `strahler` know whole rivers, and `survey` the land as roads ask for it. From afar, at the
-//! nodes of a stride, `rest` is what the brooks that do not show make of the land, and `mean` that of trunks that do not.
+//! The modules, in the order of that diagram: `point_noise`, `potential`, `fields` and `lift` hold the laws. `trunk` is
+//! the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course` make their lines, `lake`
+//! their lakes, and `branches` their oxbows and side arms. `tributary_course` and `tributary` make all other channels,
+//! and `network` finds channels and their `segment`s by place. `warp`, `valley`, `valley_side`, `gullies`, the `stamp`s
+//! (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them. `rivers` and
+//! `strahler` know whole rivers, and `survey` measures the land for planning roads. At coarse strides, `rest` is the
+//! mean relief of brooks too fine to show, and `mean` averages finer nodes where even trunks are too fine.
 
 pub mod settings;
 pub mod point;
@@ -94,21 +95,23 @@ use valley::{FillValleys, Hillsides, Valleys};
 use warp::{Displaced, Warp};
 use water::{FillWater, LAKE_DEPTH, ShownRivers};
 
-/// A world's relief, made by water.
+/// The relief of a world, made by water.
 #[derive(Debug)]
 pub struct Fluvial {
     spacing_m: f64,
-    /// Vertices from a node of its land to the next.
+    /// Vertices from one node of this land to the next.
     stride: i64,
-    /// Whether a node is wider than a trunk's cell: what is seen is the mean of many.
+    /// True if nodes are further apart than the cells of the trunk lattice are wide: each node is then the mean of many
+    /// finer ones.
     is_far: bool,
-    /// Whether it is for a picture that is there soon and not for long.
+    /// True for a sketch: a picture that must appear soon and is replaced shortly after.
     is_sketch: bool,
-    /// What is the same from afar, shared with the land at the nodes of other strides: each knows what the others have found.
+    /// The fields, network and warp are the same at every stride. Land at other strides shares them, and with them
+    /// their caches.
     fields: Arc<Fields>,
     network: Arc<Network>,
     warp: Arc<Warp>,
-    /// Those at its nodes, and those that are surveyed at every second node, every fourth, and so on.
+    /// Gullies of these nodes, then those of every second node, every fourth, and so on, for surveys.
     gullies: Vec<Gullies>,
     skerries: Option<Skerries>,
     moraines: Option<Moraines>,
@@ -120,24 +123,24 @@ pub struct Fluvial {
     survey: survey::Memories,
 }
 
-/// How finely land is asked for.
+/// The level of detail at which land is made.
 #[derive(Clone, Copy, Debug)]
 struct Detail {
-    /// Vertices from a node to the next, a power of two.
+    /// Vertices from one node to the next, a power of two.
     step: i64,
-    /// Vertices at least from one place to the next at which the slope of the hills is known, a power of two.
+    /// Vertices from one sample of the slope of the hills to the next, a power of two.
     slope_step: i64,
-    /// The channels; what the others make of the land is there in the mean.
+    /// The channels that are made one by one. Finer ones enter the land as a mean only.
     channels: ShownChannels,
-    /// Cells of their finest level within which a brook is looked for.
+    /// Search radius for brooks, in cells of the finest shown level.
     brook_cells: i64,
-    /// Whether there are gullies.
+    /// True if gullies are carved.
     gullies: bool,
-    /// Whether hollows are cut open. What is cut is a vertex wide, and takes a wide pad.
+    /// True if breaches are cut. A breach is one vertex wide, and needs a wide pad.
     breaches: bool,
 }
 
-/// Land of which water has made valleys and gullies, and nothing else yet.
+/// Land with valleys and gullies only, before any other stage.
 #[derive(Debug)]
 struct Carved {
     nodes: Displaced,
@@ -145,35 +148,37 @@ struct Carved {
     valleys: Valleys,
 }
 
-/// Nodes that the cells of a level are wide at least whose channels are seen: of fewer only the mean is.
+/// Least width, in nodes, of the cells of a level whose channels are shown. Channels of finer levels enter as a mean
+/// only.
 const LEAST_CELL: i64 = 12;
 
-/// Nodes that a square is wide whose water comes together in the least river that is seen: of more the land would be full.
+/// Side, in nodes, of the square whose area is the smallest catchment of a river that is shown. A smaller square would
+/// fill the land with rivers.
 const LEAST_RIVER_CELL: i64 = 24;
 
-/// Nodes that the trunks' cells are wide at least where these are seen to bend; and at all: of nodes further apart the mean of those
-/// between is made.
+/// Least width in nodes of a trunk cell at which trunks are drawn with bends, and at which they are drawn at all. Where
+/// nodes are further apart, finer nodes are made and averaged.
 const LEAST_BENT_CELL: i64 = 8;
 const LEAST_TRUNK_CELL: i64 = 3;
 
-/// Nodes that the trunks' cells are wide at least in a sketch: these are seen, if not well.
+/// The same least width at which trunks are drawn at all, in a sketch: they show, if not well.
 const LEAST_SKETCHED_CELL: i64 = 2;
 
-/// Nodes from a knot of a channel to the next at least, where there are more than nodes show; and in a sketch.
+/// Least distance in nodes between the knots of a channel, where not all levels are shown; and in a sketch.
 const LEAST_PIECE: i64 = 2;
 const LEAST_SKETCHED_PIECE: i64 = 4;
 
-/// Metres between nodes up to which moraines, barriers and skerries are seen, and glaciers.
+/// Largest distance in metres between nodes at which moraines, barriers and skerries show; and glaciers.
 const SMALL_M: f64 = 40.0;
 const LARGE_M: f64 = 320.0;
 
-/// Vertices from one place to the next at which the slope of the hills is known: uplift varies over kilometres. And nodes, where
-/// these are the mean of whole trunks' cells: a cell has two places a side or more.
+/// Vertices between samples of the slope of the hills: uplift varies over kilometres only. And nodes between samples,
+/// where each node is the mean of whole trunk cells: a cell then holds at least two samples a side.
 const SLOPE_STEP: i64 = 32;
 const FAR_SLOPE_STEP: i64 = 2;
 
 impl Fluvial {
-    /// The relief of checked settings at every vertex.
+    /// Makes the relief of checked settings, at every vertex.
     #[cfg(test)]
     pub(crate) fn new(
         settings: &FluvialSettings,
@@ -185,7 +190,8 @@ impl Fluvial {
         Fluvial::strided(settings, (spacing_m, Stride::ONE), sea_level_m, seed, names)
     }
 
-    /// The relief of checked settings at the nodes of a stride, by metres between vertices; its rivers have those names.
+    /// Makes the relief of checked settings at the nodes of a stride, from the metres between vertices. Its rivers take
+    /// their names from `names`.
     pub(crate) fn strided(
         settings: &FluvialSettings,
         (spacing_m, strided): (f64, Stride),
@@ -200,11 +206,11 @@ impl Fluvial {
         Fluvial::grown((fields, network, warp), (spacing_m, strided), sea_level_m, seed, names)
     }
 
-    /// The same relief, of that seed and sea, at the nodes of another stride.
+    /// Returns the same relief at the nodes of another stride. `seed` and `sea_level_m` must be those of this relief.
     pub(crate) fn at_stride(&self, strided: Stride, sea_level_m: Option<f64>, seed: u64) -> Fluvial {
         let fields = Arc::clone(&self.fields);
         let is_far = Fluvial::sees_no_cells(&fields, strided);
-        // All that is less from afar is how sharply trunks end at the shore.
+        // Only the precision with which trunks end at the shore differs between the two networks.
         let network = if is_far == self.is_far || !fields.has_sea() {
             Arc::clone(&self.network)
         } else {
@@ -214,17 +220,17 @@ impl Fluvial {
         Fluvial::grown(shared, (self.spacing_m, strided), sea_level_m, seed, self.names.clone())
     }
 
-    /// The same relief, coarser than its nodes would show: in half of the time.
+    /// Returns the same relief as a sketch: coarser than its nodes could show, in half the time.
     pub(crate) fn sketched(self) -> Fluvial {
         Fluvial { is_sketch: true, ..self }
     }
 
-    /// Whether the nodes of a stride are wider than a trunk's cell.
+    /// Tells whether the nodes of a stride are further apart than the trunk cells are wide.
     fn sees_no_cells(fields: &Fields, strided: Stride) -> bool {
         fields.side(0) < strided.vertices() * GRAINS
     }
 
-    /// The relief at the nodes of a stride, of what is the same at those of all.
+    /// Puts together the relief at the nodes of a stride from the parts that all strides share.
     fn grown(
         (fields, network, warp): (Arc<Fields>, Arc<Network>, Arc<Warp>),
         (spacing_m, strided): (f64, Stride),
@@ -258,63 +264,64 @@ impl Fluvial {
         }
     }
 
-    /// Its memories.
+    /// Returns the caches of this relief.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
         let all = [self.fields.memories(), self.network.memories(), self.warp.memories()];
         [all.concat(), self.rivers.memories(), self.survey.memories()].concat()
     }
 
-    /// The point of a node of its land.
+    /// Returns the point of a node.
     pub(crate) fn at_node(&self, x: i64, y: i64) -> Point {
         Point::at_vertex(x * self.stride, y * self.stride)
     }
 
-    /// Metres from a node of its land to the next.
+    /// Distance in metres from one node to the next.
     pub(crate) fn node_m(&self) -> f64 {
         self.spacing_m * self.stride as f64
     }
 
-    /// The fields that it grows from.
+    /// Returns the fields from which the relief is made.
     pub fn fields(&self) -> &Fields {
         &self.fields
     }
 
-    /// Where in the world a point of the network lies: the network is straight, and the world is not.
+    /// Returns the place in the world of a point of the network: the warp bends the plane on which the network is laid
+    /// out.
     pub fn in_world(&self, network: Point) -> Point {
         self.warp.points().undo(network)
     }
 
-    /// Height in metres of the land, or of water, that the network has at a level.
+    /// Height in metres, after strata and ceiling, of land or water at a level of the network.
     pub fn lifted_m(&self, level_m: f64) -> f64 {
         self.lift.at(level_m)
     }
 
-    /// The rivers, straight as they are before the plane is warped.
+    /// Returns the network of channels, as it is before the warp.
     pub fn network(&self) -> &Network {
         &self.network
     }
 
-    /// Bounds that no height can leave: (lowest, highest) in metres.
+    /// Returns the bounds of all heights: (lowest, highest) in metres.
     ///
-    /// Beds lie at most a river's or a lake's greatest depth below the lowest water, the sea is less deep below its
+    /// Beds lie at most the greatest depth of a river or lake below the lowest water. The sea is shallower below its
     /// lowstand than its settings say, and the ceiling is never reached.
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sink_m = self.fields.sink_level_m(false);
         let floor_m = self.fields.lowstand_level_m() - settings.coast.depth_m;
-        // Layers of rock lie below the height that they are made of.
+        // The lift keeps the order of heights but lowers some, so the bound is the lifted lowest height.
         let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });
-        // Skerries are no part of the land that is pressed together.
+        // Skerries are added after the ceiling has pressed the land together, so they need their own bound.
         let skerry_m =
             self.skerries.as_ref().map_or(f64::NEG_INFINITY, |_| self.fields.sea_level_m() + skerries::HIGHEST_M);
         let ceiling_m = settings.ceiling_m.max(skerry_m);
         let lake_m = self.fields.lake_half_width() * self.fields.metres_a_grain() * LAKE_DEPTH as f64;
-        // A metre more is for rounding.
+        // One metre more allows for rounding.
         let deepest_m = lake_m.max(DEEPEST_RIVER_M as f64) + 1.0;
         ((lowest_m - deepest_m) as f32, (ceiling_m + 1.0) as f32)
     }
 
-    /// The land at all nodes of an area, with the time of each stage booked on `clock`.
+    /// Makes the land at all nodes of an area. `clock` records the time of each stage.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         let detail = self.detail();
         let whole = |area| {
@@ -327,7 +334,7 @@ impl Fluvial {
         }
     }
 
-    /// All that its nodes show.
+    /// Returns the detail that the nodes of this stride can show.
     fn detail(&self) -> Detail {
         let levels = self.levels();
         let has_all = levels == self.fields.levels();
@@ -354,49 +361,49 @@ impl Fluvial {
         }
     }
 
-    /// The number of levels whose channels are seen; trunks are there always.
+    /// The number of levels whose channels are shown. Trunks always are.
     fn levels(&self) -> u32 {
         let is_wide = |level: &u32| self.stride == 1 || self.fields.side(*level) >= LEAST_CELL * self.stride * GRAINS;
         (1..self.fields.levels()).take_while(is_wide).count() as u32 + 1
     }
 
-    /// Cells of the trunk lattice that the least river drains that is seen from its nodes.
+    /// Catchment of the smallest river that is shown, in cells of the trunk lattice.
     fn least_area(&self) -> f64 {
         let cells = (LEAST_RIVER_CELL * self.stride * GRAINS) as f64 / self.fields.side(0) as f64;
         if self.stride == 1 { 0.0 } else { cells * cells }
     }
 
-    /// The gullies, where they are asked for.
+    /// Returns the gullies for a detail, if it has gullies.
     fn gullies(&self, detail: Detail) -> Option<&Gullies> {
         let doubled = (detail.step / self.stride).max(1).ilog2();
         self.gullies.get(doubled as usize).filter(|_| detail.gullies)
     }
 
-    /// The nodes whose warp those of an area are made of.
+    /// Returns the nodes whose warp is read to make those of an area.
     fn around(&self, area: Area, detail: Detail) -> Area {
         let carved = Fluvial::carved(area, detail);
         let bare = self.gullies(detail).map_or(carved, |_| gullies::input(carved));
         valley::input(water::input(area).hull(&bare))
     }
 
-    /// The nodes whose valleys those of an area are made of.
+    /// Returns the nodes whose valleys are read to make those of an area.
     fn around_valleys(&self, area: Area, detail: Detail) -> Area {
         let carved = Fluvial::carved(area, detail);
         valley::input(self.gullies(detail).map_or(carved, |_| gullies::valley_input(carved)))
     }
 
-    /// The nodes whose land, once it is carved, those of an area are made of.
+    /// Returns the nodes whose carved land is read to make those of an area.
     fn carved(area: Area, detail: Detail) -> Area {
         if detail.breaches { breach::input(area) } else { area }
     }
 
-    /// The land at the nodes of an area, given the segments of channels around it and perhaps more.
+    /// Makes the land at the nodes of an area. `segments` holds at least the segments of channels around it.
     fn land_of(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Land {
         let carved = self.carve(segments, area, detail, clock);
         self.fill_in(segments, area, detail, carved, clock)
     }
 
-    /// The valleys and the gullies in their sides, around an area of nodes.
+    /// Makes valleys around an area of nodes, and carves gullies into their sides.
     fn carve(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Carved {
         let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), detail.step));
         let hillsides = self.hillsides(nodes.area, detail);
@@ -410,7 +417,7 @@ impl Fluvial {
         Carved { nodes, hillsides, valleys }
     }
 
-    /// All that is not valleys and gullies: what ice and waves have left, the coast, cuts through what dams, and water.
+    /// Adds the stages after valleys and gullies: moraines, barriers, glaciers, coast, breaches and water.
     fn fill_in(&self, segments: &Segments, area: Area, detail: Detail, carved: Carved, clock: &Clock) -> Land {
         let Carved { nodes, hillsides, mut valleys } = carved;
         if let Some(moraines) = &self.moraines {
@@ -437,19 +444,20 @@ impl Fluvial {
         land
     }
 
-    /// The segments of channels that matter to an area of nodes.
+    /// Returns the segments of channels that can affect an area of nodes.
     fn segments(&self, area: Area, detail: Detail) -> Segments {
         let Detail { step, channels, .. } = detail;
         let origin = Point::at_vertex(area.x0 * step, area.y0 * step);
         self.network.segments(channels, self.warp.input(area, step), origin, self.reach(detail))
     }
 
-    /// How far from a node channels are looked for.
+    /// Distance from a node within which channels are looked for.
     fn reach(&self, Detail { channels, brook_cells, .. }: Detail) -> Reach {
         valley::reach_to(&self.fields, channels.levels, brook_cells)
     }
 
-    /// Metres above the lowest side up to which gullies and moraines ask for the next-best one.
+    /// Greatest rise in metres above the lowest valley side up to which gullies and moraines need to know the
+    /// next-lowest side.
     fn crest_read_m(&self, gullies: Option<&Gullies>) -> f32 {
         let settings = self.fields.settings();
         let steepest = settings.hill_slope[0].max(settings.hill_slope[1]) as f32;
@@ -458,8 +466,8 @@ impl Fluvial {
         by_gullies_m.max(by_moraines_m)
     }
 
-    /// The valleys at those nodes that lie in a part of their area, given the slope of the hillsides at all; crests are told
-    /// up to so many metres.
+    /// Makes the valleys at the nodes in `part`, given the hillsides at all nodes. The rise to the next-lowest valley
+    /// side is exact up to `read_m` metres.
     fn valleys(
         &self,
         nodes: &Displaced,
@@ -484,7 +492,7 @@ impl Fluvial {
         valleys
     }
 
-    /// Cuts open the hollows of carved land.
+    /// Cuts breaches, through which the hollows of carved land drain.
     fn breach(&self, area: Area, segments: &Segments, coast_m: Option<&[f32]>, valleys: &mut Valleys) {
         let Valleys { height_m, segment, .. } = valleys;
         let sea_m = self.fields.sea_level_m() as f32;
@@ -492,19 +500,19 @@ impl Fluvial {
         let with_coast_m = coast_m
             .map(|coast_m| carved_m.iter().zip(coast_m).map(|(land, coast)| land.min(*coast)).collect::<Vec<_>>());
         let surface_m = with_coast_m.as_ref().unwrap_or(&carved_m);
-        // A lake is level, and none of it a pit.
+        // A lake is level, so no vertex of a lake is a pit.
         let is_lake =
             |at: usize| segments.all.get(segment[at] as usize).is_some_and(|own| (surface_m[at] as f64) < own.pool_m);
         let may_be_pit = |at: usize| surface_m[at] > sea_m && !is_lake(at);
         breach::breach(area, surface_m, may_be_pit, height_m);
     }
 
-    /// The skerries that may lie in an area of nodes, so many vertices apart, if the world has some.
+    /// Returns the skerries that can lie in an area of nodes `step` vertices apart, if the world has skerries.
     fn skerries(&self, area: Area, step: i64) -> Option<AreaSkerries<'_>> {
         Some(self.skerries.as_ref()?.around(&self.fields, area, step))
     }
 
-    /// What fills in the water at nodes.
+    /// Prepares the stage that cuts beds and fills in water at the nodes.
     fn water<'a>(
         &'a self,
         segments: &'a Segments,
@@ -521,7 +529,7 @@ impl Fluvial {
         FillWater::new(&self.fields, &self.lift, rivers, segments, nodes, valleys, coast_m).with(skerries)
     }
 
-    /// The hillsides at the nodes of an area.
+    /// Returns the hillsides at the nodes of an area: sampled at coarse nodes, and interpolated between them.
     fn hillsides(&self, area: Area, detail: Detail) -> Hillsides {
         let (step, levels) = (detail.step, detail.channels.levels);
         let coarse = detail.slope_step;
@@ -542,13 +550,13 @@ impl Fluvial {
     }
 }
 
-/// The corners of the cells of `step` nodes that hold those of an area, in cells.
+/// Returns the corners, in cells, of the cells of `step` nodes that hold the nodes of an area.
 fn corners(area: Area, step: i64) -> Area {
     let last = |past: i64| (past - 1).div_euclid(step) + 2;
     Area { x0: area.x0.div_euclid(step), y0: area.y0.div_euclid(step), x1: last(area.x1), y1: last(area.y1) }
 }
 
-/// Values at the nodes of an area between those at the [`corners`] of cells of `step` nodes.
+/// Interpolates values at the nodes of an area from those at the [`corners`] of cells of `step` nodes.
 fn bilinear(area: Area, step: i64, table: &[f32]) -> Vec<f32> {
     let Area { x0: i0, y0: j0, .. } = corners(area, step);
     let columns = corners(area, step).width();

@@ -1,8 +1,8 @@
-//! Moraines: the walls around the ends of glaciers that have gone.
+//! Moraines: walls around the ends of glaciers that have gone.
 //!
-//! A moraine is an arc across the floor of a valley, furthest down at the river, that goes on up along both sides. It
-//! raises the land by a function of the way from a fixed point, and by nothing beside any channel and on a crest: water
-//! runs on between as it did, and along the wall down to its gap at the river.
+//! A moraine is an arc across the floor of a valley, furthest down at the river, whose two ends run on up the valley.
+//! It raises the land by a function of the distance from a fixed point, but by nothing beside the bed of a channel and
+//! on a crest. So water runs in its channels as without the moraine, and along the wall down to the gap at the river.
 
 use std::sync::Arc;
 
@@ -23,73 +23,76 @@ pub struct Moraines {
     fields: Arc<Fields>,
     seed: u64,
     spacing_m: f64,
-    /// What makes them uneven.
+    /// Noise that makes the walls uneven.
     uneven: PointNoise,
 }
 
-/// Metres that no moraine is higher. Chosen by eye, as all sizes of them, after the walls that the glaciers of 1850 left.
+/// Greatest height of a moraine in metres. All sizes of moraines are chosen by eye, after the walls that the glaciers
+/// of 1850 left.
 const HIGHEST_M: f64 = 24.0;
 
-/// Half width in metres of the narrowest and the widest floor that has moraines, and of the narrowest in vertices: on a
-/// narrower one they are no shapes, and from one side of a wider one to the other they would look like dams.
+/// Half width in metres of the narrowest and of the widest floor that has moraines, and of the narrowest in vertices.
+/// On a narrower floor moraines have no shape; across a wider one they would look like dams.
 const FLOOR_M: [f64; 2] = [75.0, 450.0];
 const LEAST_FLOOR: f64 = 7.0;
 
-/// How steep a floor is across that has moraines, at most, as a share of its side: on a steeper one nothing stays.
+/// Greatest cross slope of a floor that has moraines, as a share of its valley side's slope: on a steeper floor nothing
+/// stays.
 const MOST_LEAN: f32 = 0.45;
 
-/// Distances between channels of the finest level along a channel for each chance of moraines.
+/// Length of channel for each chance of moraines, in distances between channels of the finest level.
 const STRETCH: f64 = 5.0;
 
-/// Places of a stretch of which the flattest is taken.
+/// Places compared in each stretch; moraines lie at the flattest.
 const TRIES: usize = 4;
 
-/// Arcs one behind the other, at most, and how far apart, in their half widths.
+/// Greatest number of arcs one behind the other, and the range of their distance in half widths of an arc.
 const MOST_ARCS: usize = 3;
 const APART: [f64; 2] = [3.0, 6.0];
 
-/// Height of a moraine, and half its width, as shares of half that of its floor; and the least and the most half width in
-/// metres: through a wider wall no breach leads, and here and there one would dam what comes down behind it.
+/// Range of a moraine's height, and its half width, as shares of the half width of its floor; and the least and
+/// greatest half width in metres. Breaches cannot cut through a wider wall, which would then dam water behind it here
+/// and there.
 const HEIGHT: [f64; 2] = [0.06, 0.13];
 const HALF: f64 = 0.2;
 const HALF_M: [f64; 2] = [30.0, 38.0];
 
-/// Radius of an arc and how far its sides go on up the valley, in half widths of the floor.
+/// Radius of an arc, and the range of the length of its straight ends up the valley, in half widths of the floor.
 const RADIUS: f64 = 0.95;
 const TAIL: [f64; 2] = [0.8, 2.5];
 
-/// Cosine of the angle between the sides of a moraine and its river, above and below its middle, at least. Chosen by eye.
+/// Least cosine of the angle between a moraine's axis and its river, above and below its middle. Chosen by eye.
 const MOST_BEND: f64 = 0.94;
 
-/// Wavelength in metres by which a moraine is higher here and lower there, and how high it is at least, as a share.
+/// Wavelength in metres of the noise in a moraine's height, and the least share of the height that it leaves.
 const WAVE_M: f64 = 240.0;
 const LEAST_SHARE: f64 = 0.2;
 
-/// Heights of a moraine below the next-best side within which it fades, and metres beside the bed of a channel: it is as
-/// steep there as a hillside.
+/// Distance over which a moraine fades, in heights of the moraine: below the next-lowest valley side, where a crest is
+/// near, and in metres from the bed of a channel. There the wall is as steep as a hillside.
 const CREST_HEIGHTS: f64 = 1.0;
 const BANK_HEIGHTS: f64 = 2.0;
 
-/// Metres below the next-best side from which on moraines do not ask how far it is.
+/// Greatest height in metres below the next-lowest side that moraines need to know.
 pub const CREST_READ_M: f32 = (CREST_HEIGHTS * HIGHEST_M) as f32;
 
-/// Half width in vertices of the bed of a channel, at least, which keeps clear.
+/// Least half width in vertices of the bed of a channel, which moraines leave free.
 const BED: f64 = 3.0;
 
 /// One wall.
 #[derive(Clone, Copy, Debug)]
 struct Moraine {
-    /// The middle of its arc.
+    /// The centre of its arc.
     middle: Point,
     /// Unit vector down the valley.
     down: [f64; 2],
     radius_m: f64,
-    /// Half its width.
+    /// Half width of the wall.
     half_m: f64,
-    /// How far its sides go on up the valley.
+    /// Length of its straight ends up the valley.
     tail_m: f64,
     height_m: f64,
-    /// Heights of its two sides, as shares of the whole.
+    /// Heights of its two sides, as shares of the whole height.
     sides: [f64; 2],
 }
 
@@ -100,11 +103,12 @@ impl Stamp for Moraine {
 }
 
 impl Moraine {
-    /// Its height so many metres east and south of its middle, where nothing keeps it down.
+    /// Returns the wall's height at an offset in metres east and south from its centre, before channels and crests
+    /// reduce it.
     fn height_m(&self, off: [f64; 2]) -> f64 {
         let along_m = dot(off, self.down);
         let across_m = off[1] * self.down[0] - off[0] * self.down[1];
-        // Up the valley its sides are straight.
+        // Upstream of the centre the ends of the wall are straight.
         let ring_m = if along_m > 0.0 { length(off) } else { across_m.abs() };
         let beside = (ring_m - self.radius_m) / self.half_m;
         if beside.abs() >= 1.0 || along_m <= -self.tail_m {
@@ -116,13 +120,13 @@ impl Moraine {
     }
 }
 
-/// The value at a share of the way from one to another.
+/// Interpolates between two values.
 fn between([from, to]: [f64; 2], share: f64) -> f64 {
     lerp([from, to - from], share)
 }
 
 impl Moraines {
-    /// The moraines of a world with these fields; `None` if it has none.
+    /// Returns the moraines of a world with these fields; `None` if it has none.
     pub fn new(fields: &Arc<Fields>, spacing_m: f64, seed: u64) -> Option<Moraines> {
         let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
         (fields.settings().moraines > 0.0).then(|| Moraines {
@@ -133,13 +137,13 @@ impl Moraines {
         })
     }
 
-    /// Raises the land of an area's nodes. Where two moraines meet the higher one counts.
+    /// Raises the land at an area's nodes. Where two moraines overlap, the higher one counts.
     pub fn raise(&self, segments: &Segments, nodes: &Displaced, valleys: &mut Valleys) {
         let (fields, moraines) = (&self.fields, self.around(segments));
         stamp::nodes_of(fields, &moraines, nodes, |index, vertex, near| {
             let raised = near.iter().map(|moraine| {
                 let height_m = moraine.height_m(stamp::off_m(fields, nodes, index, vertex, moraine.middle));
-                // Most nodes near one have nothing of it.
+                // Most nodes near a moraine are not raised by it, so skip the costly share.
                 if height_m == 0.0 { 0.0 } else { height_m * self.share(segments, valleys, index, moraine.height_m) }
             });
             let raised_m = raised.fold(0.0, f64::max);
@@ -150,7 +154,7 @@ impl Moraines {
         });
     }
 
-    /// How much of a moraine of that height a node takes: nothing beside the bed of its channel and on the crest.
+    /// Returns the share of a moraine's height that a node gets: 0 beside the bed of its channel and on a crest.
     fn share(&self, segments: &Segments, valleys: &Valleys, index: usize, height_m: f64) -> f64 {
         let Some(own) = segments.all.get(valleys.segment[index] as usize) else { return 0.0 };
         let river_m = lerp(own.river, valleys.share[index] as f64) * self.fields.metres_a_grain();
@@ -159,14 +163,14 @@ impl Moraines {
         smooth(dry_m / (BANK_HEIGHTS * height_m)) * smooth(crest_m / (CREST_HEIGHTS * height_m))
     }
 
-    /// All moraines that may matter to an area whose segments these are.
+    /// Returns all moraines near an area, given the area's segments.
     fn around(&self, segments: &Segments) -> Vec<Moraine> {
         // The finest valleys are younger than the ice.
         let channels = segments.channels.iter().filter(|channel| channel.id.0 + 1 < self.fields.levels());
         channels.flat_map(|channel| self.of(channel)).collect()
     }
 
-    /// The moraines on the floor of a channel.
+    /// Returns the moraines on the floor of a channel.
     fn of(&self, channel: &Channel) -> Vec<Moraine> {
         let (level, x, y) = channel.id;
         let seed = hash::network_level(self.seed, level);
@@ -193,14 +197,15 @@ impl Moraines {
                 let Some(floor_m) = self.floor_m(channel, way) else { break };
                 let half_m = (HALF * floor_m).clamp(HALF_M[0], HALF_M[1]).max(3.0 * self.spacing_m);
                 moraines.extend(self.moraine(channel, way, [floor_m, half_m], [luck(2), size, side]));
-                // The next one down the valley is an older glacier's.
+                // The next arc further down the valley was left by an older glacier.
                 way += between(APART, size) * half_m / metres;
             }
         }
         moraines
     }
 
-    /// Half width in metres of the level part of the floor so many grains down a channel, if moraines lie there.
+    /// Returns the half width in metres of the level part of the floor `way` grains down a channel, if moraines can lie
+    /// there.
     fn floor_m(&self, channel: &Channel, way: f64) -> Option<f64> {
         let (knot, _) = downstream(channel, (0, 0.0), way)?;
         let section = &channel.sections[knot];
@@ -209,8 +214,8 @@ impl Moraines {
         (is_wide && section.lean <= MOST_LEAN).then_some(floor_m)
     }
 
-    /// The moraine so many grains down a channel, if there was a glacier: by half the width of the floor and its own, and by
-    /// chance.
+    /// Returns the moraine `way` grains down a channel, if a glacier was there. Its sizes follow from the half widths
+    /// in metres of the floor and of the wall, and from chance.
     fn moraine(
         &self,
         channel: &Channel,
@@ -226,7 +231,7 @@ impl Moraines {
         let front = at(way + radius_m / metres)?.at;
         let down = unit(front.from(at(way - radius_m / metres)?.at));
         let tail_m = floor_m * between(TAIL, tail);
-        // Behind a straight wall in a bend water would have no way out.
+        // Water behind a straight wall in a bend would have no way out.
         let [came, goes] = [knot.at.from(at(way - tail_m / metres)?.at), front.from(knot.at)].map(unit);
         if dot(came, down) < MOST_BEND || dot(goes, down) < MOST_BEND {
             return None;
@@ -244,7 +249,7 @@ impl Moraines {
         let is_iced = self.fields.settings().ice_m.is_none() || self.fields.iced(knot.level_m) > 0.5;
         let is_sea = knot.level_m < self.fields.lowest_lake_m();
         let is_lake = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY && knot.at.distance(middle) * metres < reach_m;
-        // Whoever is within its reach must know the channel's segment there.
+        // Every vertex within the moraine's reach must know the channel's segment here.
         let is_known = radius_m + reach_m <= stamp::known_m(&self.fields, channel.id.0);
         (is_iced && is_known && !is_sea && !channel.knots.iter().any(is_lake)).then_some(moraine)
     }

@@ -1,13 +1,13 @@
 //! The network of channels: the trunks, and level by level the tributaries that join what is already there.
 //!
 //! A cell of a level's lattice may hold the head of a channel, whose course is a straight line to the nearest channel
-//! of the levels above it: such lines cannot cross each other, nor what they run to. Where it crosses nothing that may
-//! be there, the line runs aslant downstream instead. Around its course a channel wanders, in a tube that no other's
-//! tube meets; at last [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike. Where the coast is nearer
-//! a channel runs to the coast. Its bed rises from where it ends, by the law of rivers, and never above the valley
-//! sides that the levels above it make.
+//! of the levels above it: such lines cross neither each other nor the channels that they run to. If a line aslant, to
+//! a place further downstream, crosses nothing that may be there, the course takes that line instead. Where the coast
+//! is nearer than any channel, the course runs to the coast. Around its course a channel wanders, in a tube that meets
+//! no other channel's tube; at last [`Fluvial`](super::Fluvial) warps the plane, channels and hills alike. A bed rises
+//! from its mouth, by the law of rivers, and never above the valley sides that the levels above it make.
 //!
-//! Each channel is a pure function of its cell that asks for those of the levels above.
+//! Each channel is a pure function of its cell, which asks for the channels of the levels above.
 //!
 //! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for
 //! dendritic patterns, 2019 (nested lattices that join the nearest channel).
@@ -28,19 +28,19 @@ use super::trunk_course::{self, TrunkCourses};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
 
-/// Which channels land is made of.
+/// The choice of the channels that land is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct ShownChannels {
-    /// The number of their levels.
+    /// Number of levels, from the trunks down.
     pub levels: u32,
-    /// Grains from a knot to the next, at least: of those that are nearer to each other some are left out.
+    /// Least distance in grains between knots: of knots that are nearer to each other some are left out.
     pub least_piece: f64,
-    /// Whether trunks run straight from node to node: so they are known long before all that bends them.
+    /// True if trunks run straight from node to node. Straight trunks are known long before all that bends them.
     pub are_straight: bool,
 }
 
 impl ShownChannels {
-    /// All that so many levels have.
+    /// Chooses all channels of this many levels.
     pub fn whole(levels: u32) -> ShownChannels {
         ShownChannels { levels, least_piece: 0.0, are_straight: false }
     }
@@ -58,31 +58,33 @@ pub struct Network {
 }
 
 impl Network {
-    /// The network of a world with these fields; from so far that not even the trunks' cells are seen, or nearer.
+    /// Creates the network of a world with these fields. `is_far` is true for a world seen from so far that not even
+    /// the trunks' cells show.
     pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> Network {
         Network {
             trunks: TrunkCourses::new(Arc::clone(&fields), is_far, seed),
             branches: Branches::new(Arc::clone(&fields), seed),
             tributaries: Tributaries::new(Arc::clone(&fields), seed),
             fields,
-            // Roads are planned over far more land than a tile has, and what is forgotten too soon is made again with all around it.
+            // Roads are planned over far more land than a tile has, and a channel that is forgotten too soon is made
+            // again with all channels around it.
             channels: Memory::new(128 << 20),
             patches: Memory::new(96 << 20),
         }
     }
 
-    /// Its memories.
+    /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let own: Vec<&dyn Remembers> = vec![&self.channels, &self.patches];
         [self.trunks.memories(), self.branches.memories(), self.tributaries.memories(), own].concat()
     }
 
-    /// The trunk lattice.
+    /// Returns the trunk lattice.
     pub fn trunks(&self) -> &Trunks {
         self.trunks.nodes()
     }
 
-    /// The rectangle that holds the heads of all channels of a level that may touch a rectangle.
+    /// Returns the rectangle that holds the heads of all channels of a level that may touch a rectangle.
     pub fn input(&self, level: u32, [low, high]: [Point; 2]) -> [Point; 2] {
         let reach = match level {
             0 => trunk_course::REACH_CELLS * self.fields.side(level) as f64,
@@ -96,7 +98,9 @@ impl Network {
         self.larger_channels(level, 0.0, rectangle, take);
     }
 
-    /// The same of those that drain so many cells of the trunk lattice at least, as far as that is known before they are made.
+    /// Calls `take` with all channels of a level that may touch a rectangle, but not with trunks that drain less than
+    /// `least_area` cells of the trunk lattice. The area of tributaries is not looked at, as it is not known before
+    /// they are made.
     pub fn larger_channels(
         &self,
         level: u32,
@@ -122,7 +126,8 @@ impl Network {
         }
     }
 
-    /// The segments of the channels that are shown whose [reach](super::segment::Segment::reach) touches a rectangle, relative to `origin`.
+    /// Returns the segments of the shown channels whose [reach](super::segment::Segment::reach) touches a rectangle,
+    /// relative to `origin`.
     pub fn segments(&self, shown: ShownChannels, rectangle: [Point; 2], origin: Point, reach: Reach) -> Segments {
         let asked = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
@@ -135,7 +140,7 @@ impl Network {
             let comes_near = |ends: [[f64; 2]; 2], by: f64| touches(ends, asked, by);
             let mut take = |channel: &Arc<Channel>| {
                 let before = all.len();
-                // Most are further than any may be.
+                // Most segments are further away than any reach.
                 let segments =
                     segments_of(&self.fields, channel, channels.len() as u32, origin, |ends| comes_near(ends, widest));
                 all.extend(segments.filter(|segment| segment.reaches(asked, reach)));
@@ -156,7 +161,8 @@ impl Network {
                 }
                 take(channel);
                 if level == 0 {
-                    // No further from its trunk than the floor of that is wide.
+                    // A branch is no further from its trunk than the trunk's floor is wide, so this trunk was found if
+                    // its branch is near.
                     let is_wanted =
                         |branch: &Channel| comes_near(branch.bounds().map(|at| at.from(origin)), branch.near);
                     self.branches(channel, is_wanted).iter().for_each(&mut take);
@@ -166,12 +172,12 @@ impl Network {
         Segments { origin, channels, all }
     }
 
-    /// The branches of a trunk that are wanted, in their order.
+    /// Returns the wanted branches of a trunk, in their order.
     pub(super) fn branches(&self, trunk: &Channel, is_wanted: impl Fn(&Channel) -> bool) -> Vec<Arc<Channel>> {
         self.branches.of(trunk, is_wanted, |rectangle, take| self.wet_channels(rectangle, take))
     }
 
-    /// Whether a channel may have a lake of its own, which is known without the channel.
+    /// Tells whether a channel may have a lake of its own, which is known before the channel is made.
     pub(super) fn may_have_lake(&self, id: ChannelId) -> bool {
         id.0 == 0 || self.tributaries.may_have_lake(id)
     }
@@ -234,7 +240,7 @@ mod tests {
                             assert!(is_found, "{name}: {:?} at {:?}", channel.id, knot.at);
                         }
                         known += 1;
-                        // Rivers end where the line of what they join has a point.
+                        // A river ends at a point of the line of the channel that it joins.
                         if let Mouth::Channel(joined) = channel.mouth
                             && fluvial.has_rivers(level)
                         {

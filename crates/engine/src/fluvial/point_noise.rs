@@ -1,27 +1,29 @@
-//! What varies slowly from point to point: for the few points of a network; rasters have [`Fractal`](crate::noise::Fractal).
+//! Slowly varying noise at single points, for the few points of a network; rasters use
+//! [`Fractal`](crate::noise::Fractal).
 //!
-//! Of several points at once it takes less than half of the time, for vectors hold eight of them. Nothing here is written for a certain
-//! vector: loops over arrays are, which the compiler makes of whatever the [level](crate::simd) has, so each level has the same bits.
+//! Eight points at once take less than half the time of eight points one by one, as they fit into one vector. No code
+//! here names a vector type: loops over arrays are compiled to the vectors of each [level](crate::simd), so each level
+//! computes the same bits.
 
 use super::point::Point;
 use crate::hash;
 use crate::simd::{Kernel, Simd, dispatch};
 
-/// Points that are looked at together: as many as the widest vectors hold doubles.
+/// Points that are evaluated together: as many doubles as the widest vectors hold.
 const TOGETHER: usize = 8;
 
-/// A number for each point. What is asked for together lies within 2^48 vertices.
+/// A function with one number for each point. Points that are evaluated together lie within 2^48 vertices.
 pub trait PointField: Sized {
-    /// Those of some points. Always inlined, so that it has the vectors of whoever asks.
+    /// Returns the values at some points. Always inlined, so that it is compiled for the caller's vectors.
     fn at_each<const N: usize>(&self, points: [Point; N]) -> [f64; N];
 
-    /// That of a point.
+    /// Returns the value at a point.
     fn at(&self, point: Point) -> f64 {
         let [value] = self.at_each([point]);
         value
     }
 
-    /// Those of any number of points.
+    /// Returns the values at any number of points.
     fn at_all(&self, points: &[Point]) -> Vec<f64> {
         let mut values = vec![0.0; points.len()];
         dispatch(Fill { field: self, points, values: &mut values });
@@ -48,7 +50,8 @@ impl<F: PointField> Kernel for Fill<'_, F> {
     }
 }
 
-/// Smooth noise from -1 to 1: octaves of gradient noise, each half as long and half as high.
+/// Smooth noise from -1 to 1: octaves of gradient noise, each with half the wavelength and half the amplitude of the
+/// one before.
 ///
 /// Based on: K. Perlin, Improving Noise, 2002.
 #[derive(Clone, Debug)]
@@ -58,16 +61,16 @@ pub struct PointNoise {
 
 #[derive(Clone, Debug)]
 struct PointOctave {
-    /// The octave's seed as [`hash::combine`] has it, made once.
+    /// The octave's seed, already scattered for [`hash::combine`].
     key: u64,
-    /// Grains a cell, and cells a grain.
+    /// Grains a cell; `scale` is its inverse, in cells a grain.
     wavelength: i64,
     scale: f64,
     amplitude: f64,
 }
 
 impl PointNoise {
-    /// Noise whose first octave is `wavelength` grains long.
+    /// Makes noise whose first octave has a wavelength of `wavelength` grains.
     pub fn new(wavelength: i64, octaves: u32, seed: u64) -> PointNoise {
         let total: f64 = (0..octaves).map(|octave| 0.5f64.powi(octave as i32)).sum();
         let octave = |index: u32| {
@@ -114,7 +117,7 @@ impl PointOctave {
                 let off = |n: usize| [x[n] - east as f64, y[n] - south as f64];
                 let corner = &mut corners[south][east];
                 if is_one_cell {
-                    // Hashes take as long as all else together: here all points have the same.
+                    // Hashing takes as long as all else together. Here all points share one hash.
                     let gradient = self.gradient(columns[0] + east as i64, rows[0] + south as i64);
                     for n in 0..N {
                         corner[n] = along(gradient, off(n));
@@ -129,25 +132,26 @@ impl PointOctave {
         let [[north_west, north_east], [south_west, south_east]] = corners;
         for n in 0..N {
             let (u, v) = (fade(x[n]), fade(y[n]));
-            // A gradient's length brings the sum to within 1.
+            // The length of the gradients brings the sum to within 1.
             let north = north_west[n] + (north_east[n] - north_west[n]) * u;
             let south = south_west[n] + (south_east[n] - south_west[n]) * u;
             sums[n] += (north + (south - north) * v) * self.amplitude;
         }
     }
 
-    /// The gradient at a corner of cells.
+    /// Returns the gradient at a corner of cells.
     #[inline(always)]
     fn gradient(&self, column: i64, row: i64) -> [f64; 2] {
         let column = hash::scatter(hash::with_number(self.key, column as u64));
         GRADIENTS[(hash::with_number(column, row as u64) >> 60) as usize]
     }
 
-    /// The cells of the noise in which places lie along an axis, and how far into them, 0 to 1.
+    /// Returns the cells of the noise in which places lie along an axis, and their positions in the cells, 0 to 1.
     #[inline(always)]
     fn cells<const N: usize>(&self, at: [i64; N]) -> ([i64; N], [f64; N]) {
-        // As `div_euclid` and `rem_euclid` have it, which take as long as all else: that of the first place nearly, in two steps, since
-        // at the end of the world doubles tell no two cells apart; the others nearly from there; and each exactly.
+        // Gives the results of `div_euclid` and `rem_euclid`, which would take as long as all else. The first place's
+        // cell is estimated in two steps, as doubles cannot tell neighbouring cells apart at the end of the world; the
+        // others are estimated from there; then each is corrected exactly.
         let far = (at[0] as f64 * self.scale) as i64;
         let first = far + ((at[0] - far * self.wavelength) as f64 * self.scale) as i64;
         let (mut cells, mut shares) = ([0; N], [0.0; N]);
@@ -163,15 +167,15 @@ impl PointOctave {
     }
 }
 
-/// The whole number that is nearest to one below 2^51, by what is left of it beside a number so large that it has no fraction: a
-/// conversion would take care of all that is not a number, and not become a vector.
+/// Returns the whole number nearest to a number below 2^51. It adds a number so large that the sum has no fraction, and
+/// reads the bits: a conversion also handles values that are no numbers, and is not compiled to vectors.
 #[inline(always)]
 fn nearest(value: f64) -> i64 {
     const LARGE: f64 = 1.5 * (1_u64 << 52) as f64;
     (value + LARGE).to_bits() as i64 - LARGE.to_bits() as i64
 }
 
-/// Rounds a number below 2^51 to the nearest whole one, halves up.
+/// Rounds a number below 2^51 to the nearest whole number, halves up.
 #[inline(always)]
 pub fn rounded(value: f64) -> i64 {
     let value = value + 0.5;
@@ -189,7 +193,8 @@ fn fade(t: f64) -> f64 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-/// Sixteen directions, as long as the square root of two: gradient noise of unit gradients stays within its half.
+/// Sixteen directions with the length of the square root of two: gradient noise of unit gradients stays within the
+/// inverse of that length.
 const GRADIENTS: [[f64; 2]; 16] = {
     const A: f64 = std::f64::consts::SQRT_2;
     const B: f64 = 1.306_562_964_876_376_5;
@@ -219,7 +224,7 @@ mod tests {
     use super::*;
     use crate::simd::{Level, dispatch_at};
 
-    /// As it is by definition: a point at a time, with whole divisions.
+    /// The noise by its definition: one point at a time, with whole divisions.
     fn plain(noise: &PointNoise, seed: u64, point: Point) -> f64 {
         let octave = |(index, octave): (usize, &PointOctave)| {
             let seed = hash::combine(seed, index as u64);
@@ -240,12 +245,12 @@ mod tests {
     #[test]
     fn points_have_the_same_noise_alone_and_together_anywhere() {
         let far = 1 << 61;
-        // Down to a wave of a grain, of which doubles tell no two apart at the end of the world.
+        // Down to a wavelength of a grain: at the end of the world, doubles cannot tell two such cells apart.
         for wavelength in [1, 3, 1000, 655_360, 1 << 40] {
             let noise = PointNoise::new(wavelength, 3, 7);
             let around = |origin: i64| (-20..20).map(move |step| origin + step * (wavelength / 7).max(1));
             let xs: Vec<i64> = [0, 12_345, far, -far].into_iter().flat_map(around).collect();
-            // Aslant, and along a row and a column of cells.
+            // Points on a diagonal, along a row and along a column of cells.
             let aslant = xs.iter().zip(xs.iter().rev()).map(|(x, y)| Point { x: *x, y: *y });
             let row = xs.iter().map(|x| Point { x: *x, y: 5 });
             let column = xs.iter().map(|y| Point { x: 5, y: *y });
@@ -253,7 +258,7 @@ mod tests {
             let expected: Vec<u64> = points.iter().map(|point| plain(&noise, 7, *point).to_bits()).collect();
             let alone: Vec<u64> = points.iter().map(|point| noise.at(*point).to_bits()).collect();
             assert_eq!(alone, expected, "{wavelength}");
-            // Also of a number that does not fill vectors.
+            // The count need not fill whole vectors.
             for count in [points.len(), 3, 0] {
                 let together: Vec<u64> = noise.at_all(&points[..count]).into_iter().map(f64::to_bits).collect();
                 assert_eq!(together, expected[..count], "{wavelength}");

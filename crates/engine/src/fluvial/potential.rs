@@ -1,18 +1,18 @@
-//! The potential of a world with rivers: water flows from where it is high to where it is low.
+//! The potential of a world with rivers: water flows from high potential to low.
 
 use super::point::Point;
 use super::point_noise::{PointField, PointNoise, rounded};
 use crate::hash::Stream;
 
-/// Wavelengths of the bends of shores, as shares of the basins', but for those that are shorter than so many steps of the
-/// lattice by which rasters know the shore; their octaves; and how far they go at most, as a share of their own wavelength:
-/// further, and more than a few places would fold.
+/// Wavelengths of the bends of shores, as shares of the basins' wavelength; bends shorter than `LEAST_BEND` steps of
+/// the lattice by which rasters know the shore are left out. Then their octaves, and their greatest displacement as a
+/// share of their own wavelength: with a larger one the plane would fold in more than a few places.
 const BEND_WAVES: [f64; 3] = [0.03125, 0.125, 0.5];
 const LEAST_BEND: f64 = 8.0;
 const BEND_OCTAVES: u32 = 2;
 const MOST_BEND: f64 = 0.4;
 
-/// What gives bends their chance, east and south, the short ones first.
+/// Random streams of the bends, east and south, the short bends first.
 const BEND_STREAMS: [[Stream; 2]; 3] = [
     [Stream::LeastCoastEast, Stream::LeastCoastSouth],
     [Stream::ShortCoastEast, Stream::ShortCoastSouth],
@@ -23,35 +23,36 @@ const BEND_STREAMS: [[Stream; 2]; 3] = [
 #[derive(Debug)]
 pub struct Potential {
     noise: PointNoise,
-    /// How the plane is displaced, so that shores are not smooth. What is moved has no hollow that it had not, as octaves of its own
-    /// would have by the dozen: each would be a sea without a way out.
+    /// Displacements of the plane that make shores jagged. A displaced potential has no hollows that it did not have
+    /// before. More octaves of the potential itself would make dozens, and each would be a sea without an outlet.
     bends: Vec<Bend>,
 }
 
 /// A displacement of the plane that does not fold it.
 #[derive(Debug)]
 struct Bend {
-    /// East and south, as shares of the most.
+    /// Displacement east and south, as a share of `most`.
     axes: [PointNoise; 2],
-    /// Grains by which a place is moved at most.
+    /// Greatest displacement of a place in grains.
     most: f64,
 }
 
 impl Potential {
-    /// Without shores.
+    /// Makes a potential without shores.
     pub fn smooth(noise: PointNoise) -> Potential {
         Potential { noise, bends: Vec::new() }
     }
 
-    /// With shores, given the length of its basins and a step of the lattice by which rasters know the shore in metres, metres a grain,
-    /// and noise of a wavelength in metres and so many octaves.
+    /// Makes a potential with shores from: the wavelength of its basins and the step of the lattice by which rasters
+    /// know the shore, both in metres; the metres a grain; and `of`, which makes noise of a wavelength in metres, with
+    /// so many octaves.
     pub fn with_shores(
         noise: PointNoise,
         [basin_m, step_m, metres_a_grain]: [f64; 3],
         of: impl Fn(f64, u32, Stream) -> PointNoise,
     ) -> Potential {
         let waves_m = BEND_WAVES.map(|share| share * basin_m);
-        // The short ones first: what is bent twice is folded no more than either folds.
+        // The short bends first. Two bends in a row fold the plane no more than either of them does.
         let bends = waves_m.into_iter().zip(BEND_STREAMS);
         let bends = bends.filter(|(wave_m, _)| *wave_m >= LEAST_BEND * step_m);
         let bends = bends.map(|(wave_m, streams)| Bend {

@@ -1,53 +1,53 @@
-//! The rest: what finer channels than those that are asked for make of the land between these, in the mean.
+//! The rest: the mean relief that channels finer than the shown ones add to the land between them.
 //!
-//! Without its brooks a side would rise straight to the divide. With them it rises to their beds, and on by these: first as
-//! steep as a hillside, and then as steep as a brook, over whose bed the land between lies in the mean. What lies under water
-//! stays as it is, so that shores are where they are.
+//! Without its brooks, a valley side would rise straight to the divide. With them it rises to their beds, and on beside
+//! them: first as steep as a hillside, then as steep as a brook, with the land between the brooks at a mean height
+//! above their beds. Land under water stays as it is, so that shores keep their place.
 
 use super::fields::{Fields, most_area};
 use super::valley::InRows;
 use crate::simd::Simd;
 
-/// The mean way from a place to the nearest channel of a level, in cells of it, as fits the land with all channels: of 0.15 to
-/// 0.4 the one with the least bias in seven presets at strides of 8 to 64.
+/// Mean distance from a place to the nearest channel of a level, in that level's cells. Fitted to land with all
+/// channels: of the values from 0.15 to 0.4, the one with the least bias in seven presets at strides of 8 to 64.
 const NEAREST: f64 = 0.28;
 
-/// Metres added to a height that is divided by, which may be none.
+/// Metres added to a divisor that may be zero.
 const LEAST_M: f32 = 1e-3;
 
-/// What the land is like at nodes beside the finest channels that are asked for.
+/// The mean relief at nodes beside the finest shown channels.
 #[derive(Debug)]
 pub struct Rest {
     /// Slope of the brooks, as a share of the hillside's.
     pub slope: Vec<f32>,
-    /// Metres that the land lies above them in the mean.
+    /// Mean height in metres of the land above the brooks.
     pub height_m: Vec<f32>,
 }
 
 impl Rest {
-    /// Metres that the land rises at a node where a side alone would rise so many.
+    /// Returns the metres that the land rises at a node where a valley side alone would rise `risen_m`.
     pub fn risen_m(&self, node: usize, risen_m: f32) -> f32 {
         let above_m = risen_m * (1.0 - self.slope[node]);
         risen_m - above_m * above_m / (above_m + self.height_m[node] + LEAST_M)
     }
 }
 
-/// The same at one place.
+/// The mean relief at one place.
 #[derive(Clone, Copy, Debug)]
 pub struct RestLaw {
     /// Slope of the brooks, as a share of the hillside's.
     pub slope: f64,
-    /// Metres that the land lies above them in the mean.
+    /// Mean height in metres of the land above the brooks.
     pub height_m: f64,
 }
 
 impl RestLaw {
-    /// The law between channels of so many levels, by uplift.
+    /// Makes the law for land between channels of `levels` levels, by uplift.
     pub fn new(fields: &Fields, uplift: f64, levels: u32) -> RestLaw {
         let hill_slope = fields.hill_slope(uplift);
         let cell_m = |level: u32| fields.side(level) as f64 * fields.metres_a_grain();
         let nearest_m = |level: u32| NEAREST * cell_m(level);
-        // Of a channel half of whose area drains there.
+        // The slope of a channel at the place through which half of its area drains.
         let slope = |level: u32| fields.river_slope(uplift, most_area(level) / 2.0).min(hill_slope);
         let finest = fields.levels() - 1;
         let mut height_m = hill_slope * nearest_m(finest);
@@ -77,8 +77,9 @@ impl<S: Simd> LaneRest<S> {
         LaneRest { left, height_m: lanes.load(simd, &rest.height_m) }
     }
 
-    /// Metres that the land rises beside a channel where its side alone would rise so many, and so many lie under water: as
-    /// steep as the side at the water, and beyond as brooks, so much above them.
+    /// Returns the rise of the land in metres beside a channel where its side alone would rise `risen`, of which `open`
+    /// lies under water: at the water as steep as the side, and further away as steep as the brooks, at a mean height
+    /// above them.
     #[inline(always)]
     pub fn risen(&self, simd: S, open: S::F32, risen: S::F32) -> S::F32 {
         let above = simd.max(risen - open, simd.splat(0.0)) * self.left;

@@ -1,8 +1,8 @@
-//! Rivers as lines: from their source to what they end in, whole, the same whoever asks.
+//! Rivers as lines: each whole, from its source to its end, and the same in every query.
 //!
-//! The channels of a river's course are followed from node to node and cut where there is no water to be drawn as a
-//! river: above the springs, in lakes and in the sea. Each part that is left is a river of its own, so that its water
-//! falls from point to point; all parts of a course know its name.
+//! The channels of a river's course are followed from node to node, and cut where no river is drawn: above the springs,
+//! in lakes and in the sea. Each remaining part is a river of its own, so that its water falls from point to point. All
+//! parts of a course share one name.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,14 +20,15 @@ use crate::area::Area;
 use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// Grains below the place from which on its channel holds water at which a river begins, at most: so the rasters' nearest
-/// vertex is wet.
+/// Greatest distance in grains from the place where a channel begins to hold water to the first point of its river,
+/// further down: so the nearest vertex of the rasters is wet.
 const PAST_SPRING: f64 = GRAINS as f64;
 
-/// Grains that a river runs on into the sea: else the rasters' nearest vertex of the sea could be more than one away.
+/// Grains that a river's line runs on into the sea. Otherwise the nearest sea vertex of the rasters could be more than
+/// one vertex away.
 const PAST_COAST: f64 = 0.5 * GRAINS as f64;
 
-/// What is remembered of rivers.
+/// The caches of rivers.
 #[derive(Debug)]
 pub(super) struct RiverMemories {
     strahler: Strahler,
@@ -42,14 +43,14 @@ impl Default for RiverMemories {
 }
 
 impl RiverMemories {
-    /// Its memories.
+    /// Returns these caches.
     pub fn memories(&self) -> Vec<&dyn Remembers> {
         let own: Vec<&dyn Remembers> = vec![&self.courses, &self.of_courses];
         [self.strahler.memories(), own].concat()
     }
 }
 
-/// The channels from a spring down to a confluence or the sea, and what of it is drawn.
+/// The channels from a spring down to a confluence or the sea, and the parts of them that are drawn.
 #[derive(Debug)]
 struct Course {
     channels: Vec<Arc<Channel>>,
@@ -61,19 +62,19 @@ struct Course {
 struct RiverPart {
     id: LineId,
     samples: Vec<CoursePoint>,
-    /// What it was cut by; `None` where the course itself ends.
+    /// The ground that cuts the part off; `None` where the course itself ends.
     end: Option<LiesIn>,
 }
 
-/// A place of a course: in the network, not in the world.
+/// A place of a course, in the plane of the network and not in the world.
 #[derive(Clone, Copy, Debug)]
 struct CoursePoint {
-    /// The number of the channel, and the place in it as [`locate`] has it.
+    /// The number of the channel, and the place in the channel as [`locate`] returns it.
     place: (usize, f64),
     at: Point,
     level_m: f64,
     area: f64,
-    /// Half width of its river in grains.
+    /// Half width of the river in grains.
     river: f64,
 }
 
@@ -82,11 +83,11 @@ heap_bytes!(RiverPart: samples);
 heap_bytes!(CoursePoint);
 
 impl CoursePoint {
-    /// The place at a share of the way to another one.
+    /// Returns the place at a share of the way to another one.
     fn towards(&self, other: &CoursePoint, share: f64) -> CoursePoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
         CoursePoint {
-            // Both lie in one channel: places in two of them are not to be mixed.
+            // Both places lie in one channel: places of two channels cannot be interpolated.
             place: (self.place.0, mix(self.place.1, other.place.1)),
             at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
             level_m: mix(self.level_m, other.level_m),
@@ -96,7 +97,7 @@ impl CoursePoint {
     }
 }
 
-/// What a place of a course lies in.
+/// The ground in which a place of a course lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LiesIn {
     Dry,
@@ -106,15 +107,16 @@ enum LiesIn {
 }
 
 impl Fluvial {
-    /// All rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted by id.
+    /// Returns all rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted
+    /// by id.
     pub fn rivers(&self, area: &Area) -> Vec<Arc<Line>> {
         let rectangle = self.network_around(area, 0);
-        // Many channels of an area belong to one river, which is found once.
+        // Many channels of an area belong to the same river, so collect each river once.
         let mut found = BTreeMap::new();
-        // Areas shrink from level to level: below one without rivers none has any.
+        // Catchments shrink from level to level: below the first level without rivers there are none.
         for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
             self.network.larger_channels(level, self.least_area(), rectangle, |channel| {
-                // A channel drains most at its mouth: one that is dry there need not be followed.
+                // A channel drains most at its mouth: if the mouth is dry, the channel has no river.
                 if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
                     let rivers = self.rivers_of(self.top(channel.id));
                     found.extend(
@@ -126,25 +128,27 @@ impl Fluvial {
         found.into_values().collect()
     }
 
-    /// All rivers of the course that begins in a channel, sorted by id; none if no course begins there.
+    /// Returns all rivers of the course that begins in a channel, sorted by id; none if no course begins there.
     pub fn rivers_from(&self, top: ChannelId) -> Vec<Arc<Line>> {
         if self.top(top) == top { self.rivers_of(top).to_vec() } else { Vec::new() }
     }
 
-    /// What the rivers of a course that begins in a channel are called, whether there are any; nothing in a world without names.
+    /// Returns the name of the rivers of the course that begins in a channel, even if it has no rivers; `None` in a
+    /// world without names.
     pub fn river_name(&self, (level, x, y): ChannelId) -> Option<String> {
-        // By the head's cell and not the first point, which depends on what is cut off above.
+        // The name comes from the cell of the head: the first point of the line depends on where it is cut off.
         let source = [x, y].map(|at| (at * self.fields.side(level)).div_euclid(GRAINS));
         self.names.as_ref().map(|names| names.river(source, &[i64::from(level), x, y]))
     }
 
-    /// The lakes that may touch an area, sorted, of levels on which some are so many metres wide to each side of their middle.
+    /// Returns the lakes that may touch an area, sorted, of all levels whose widest lakes have at least this half width
+    /// in metres.
     pub fn lake_ids(&self, area: &Area, least_half_width_m: f64) -> Vec<LakeId> {
         let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
         let mut lakes = Vec::new();
         let widest_m = |level| Hollow::widest(&self.fields, level) * self.fields.metres_a_grain();
         for level in (0..self.levels()).take_while(|level| widest_m(*level) >= least_half_width_m) {
-            // Every channel that runs into a lake names it, so also those of its bays.
+            // Every channel that runs into a lake names the lake, so the channels in its bays find it too.
             self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
         }
         lakes.sort_unstable();
@@ -152,12 +156,13 @@ impl Fluvial {
         lakes
     }
 
-    /// Whether there may be a lake of an id, which is known without any land.
+    /// Tells whether a lake with this id may exist, without making any land.
     pub fn may_be_lake(&self, lake: LakeId) -> bool {
         self.network.may_have_lake(lake.0)
     }
 
-    /// The channels whose valleys' floors lie in a lake: that of its id, or all that end at its sink.
+    /// Returns the channels whose valley floors lie in a lake: the channel of the lake's id, or all that end at its
+    /// sink.
     pub(super) fn lake_channels(&self, lake: LakeId) -> Vec<Arc<Channel>> {
         let LakeId(id @ (level, x, y)) = lake;
         let ends =
@@ -166,13 +171,13 @@ impl Fluvial {
         ids.filter_map(|id| self.network.channel(id)).filter(|channel| channel.lake == Some(lake)).collect()
     }
 
-    /// The river that a lake runs out by, if it does.
+    /// Returns the river that leaves a lake, if there is one.
     pub fn outlet(&self, lake: LakeId) -> Option<LineId> {
         let course = self.course(self.top(lake.0));
         let number = course.channels.iter().position(|channel| channel.id == lake.0)?;
         let channel = &course.channels[number];
         let sill = channel.knots.iter().rposition(|knot| knot.pool_m > NO_LAKE)?;
-        // It begins between the last knot of the lake and the next one, in which the lake ends.
+        // The river begins between the last knot of the lake and the next knot, where the lake ends.
         course
             .parts
             .iter()
@@ -183,9 +188,9 @@ impl Fluvial {
             .map(|part| part.id)
     }
 
-    /// Strahler's order of a river at its end, among the channels that hold water.
+    /// Returns Strahler's order of a river at its end, counting only channels that hold water.
     ///
-    /// All that comes to the river is made for that, so it is not part of the river's line.
+    /// The order needs all tributaries of the river, so it is not stored in the river's line.
     pub fn order(&self, river: &Line) -> u32 {
         let LineId::River { channel: top, .. } = river.course else {
             unreachable!("rivers of the land run in channels")
@@ -196,15 +201,16 @@ impl Fluvial {
         self.rivers.strahler.orders(self, &course.channels[number]).at(place)
     }
 
-    /// The points of the network that a channel must touch to touch an area in the world, with some grains to spare.
+    /// Returns the rectangle of the network that a channel must touch to touch an area of the world, with `spare`
+    /// grains more on each side.
     fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
         let [low, high] = self.warp.input(*area, self.stride);
         [low.moved([-spare as f64; 2]), high.moved([spare as f64; 2])]
     }
 
-    /// An area that holds all of the world whose points lie in a rectangle of the network.
+    /// Returns an area that holds all of the world whose points lie in a rectangle of the network.
     pub(crate) fn area_in_world(&self, [low, high]: [Point; 2]) -> Area {
-        // By the most that the warp moves anything, and some more for what is rounded to vertices.
+        // Add the greatest displacement of the warp, and some more for rounding to vertices.
         let node_m = self.spacing_m * self.stride as f64;
         let [east, south] = self.warp.most_m().map(|metres| (metres / node_m).ceil() as i64 + 2);
         let node = |grains: i64| grains.div_euclid(GRAINS * self.stride);
@@ -216,7 +222,7 @@ impl Fluvial {
         }
     }
 
-    /// Whether an area may have both land and sea.
+    /// Tells whether an area may have both land and sea.
     pub(crate) fn may_have_coast(&self, area: Area) -> bool {
         if !self.fields.sea_level_m().is_finite() {
             return false;
@@ -226,7 +232,7 @@ impl Fluvial {
             return true;
         }
         let sea_m = self.fields.sea_level_m();
-        // The coast is interpolated between these places: where it is under the sea at all of them all is sea.
+        // The coast is interpolated between these places: if all of them are under the sea, so is the whole area.
         let places = COAST_STEP.max(self.stride);
         let step = places * GRAINS;
         let rows = low.y.div_euclid(step)..=high.y.div_euclid(step) + 1;
@@ -239,7 +245,7 @@ impl Fluvial {
         });
         match wet.next() {
             Some(true) => wet.any(|wet| !wet),
-            // Where it is above the sea everywhere, a drowned valley may still come in.
+            // Where the coast is above the sea everywhere, a drowned valley may still come in.
             _ => {
                 wet.any(|wet| wet)
                     || self
@@ -251,20 +257,20 @@ impl Fluvial {
         }
     }
 
-    /// Whether channels of a level have rivers.
+    /// Tells whether channels of a level have rivers.
     pub fn has_rivers(&self, level: u32) -> bool {
         level == 0 || self.is_wet(most_area(level))
     }
 
-    /// Whether a channel holds water where it drains that area.
+    /// Tells whether a channel that drains this area holds water.
     pub(super) fn is_wet(&self, area: f64) -> bool {
         self.fields.is_wet(area) && area >= self.least_area()
     }
 
-    /// The channel in which the course of a channel begins, at a spring.
+    /// Returns the channel in which the course of a channel begins, at a spring.
     fn top(&self, (level, x, y): ChannelId) -> ChannelId {
         let mut node = (x, y);
-        // Only trunks have a course above: a tributary begins at a spring of its own.
+        // Only trunks have an upper course in other channels: a tributary begins at its own spring.
         if level == 0 {
             let nodes = self.network.trunks().look();
             while let Some(main) = nodes.drained(node).main {
@@ -274,13 +280,13 @@ impl Fluvial {
         (level, node.0, node.1)
     }
 
-    /// The course that begins in a channel.
+    /// Returns the course that begins in a channel.
     fn course(&self, top: ChannelId) -> Arc<Course> {
         self.rivers.courses.get(top, || {
             let mut channels: Vec<Arc<Channel>> = Vec::new();
             let mut next = Some(top);
             while let Some(channel) = next.and_then(|id| self.network.channel(id)) {
-                // It goes on from a main course only: so each channel is in one course.
+                // Only a main upper course goes on, so each channel belongs to one course.
                 let goes_on = channel.next.filter(|(_, is_main)| *is_main);
                 next = goes_on.map(|(node, _)| (0, node.0, node.1));
                 channels.push(channel);
@@ -290,7 +296,7 @@ impl Fluvial {
         })
     }
 
-    /// What of a course's channels is drawn.
+    /// Returns the parts of a course's channels that are drawn.
     fn parts(&self, channels: &[Arc<Channel>]) -> Vec<RiverPart> {
         let mut parts: Vec<RiverPart> = Vec::new();
         let mut open: Vec<CoursePoint> = Vec::new();
@@ -302,9 +308,9 @@ impl Fluvial {
                 if let Some((before, was)) = last
                     && (was == LiesIn::Channel) != (here == LiesIn::Channel)
                 {
-                    // From one channel to the next there is nothing to halve: where one ends the other begins.
+                    // Between two channels there is nothing to bisect: the next one begins where the first ends.
                     let edge = if before.place.0 == number { between(before, sample, ground) } else { sample };
-                    // At least a grain is left, for the sample may lie on the edge.
+                    // At least one grain: the sample may lie on the edge itself.
                     let left = edge.at.distance(sample.at).max(1.0);
                     let past_edge = |grains: f64| edge.towards(&sample, (grains / left).min(1.0));
                     open.push(if was == LiesIn::Dry { past_edge(PAST_SPRING) } else { edge });
@@ -312,7 +318,7 @@ impl Fluvial {
                         open.push(past_edge(PAST_COAST));
                     }
                     if here != LiesIn::Channel {
-                        // What it is cut by is known just behind the edge.
+                        // The ground just behind the edge is what cuts the part off.
                         close(&mut parts, channels, std::mem::take(&mut open), Some(here));
                     }
                 }
@@ -326,7 +332,8 @@ impl Fluvial {
         parts
     }
 
-    /// The places by which a channel of a course is drawn, both its ends among them, and no more than nodes would show.
+    /// Returns the places by which a channel of a course is drawn, both ends included, and no denser than nodes can
+    /// show.
     fn samples(&self, number: usize, channel: &Channel) -> Vec<CoursePoint> {
         let sample = |place: ChannelPlace| {
             let Knot { at, level_m, area, .. } = channel.at(place);
@@ -352,12 +359,13 @@ impl Fluvial {
         samples
     }
 
-    /// What a sample of a channel lies in.
+    /// Returns the ground in which a sample of a channel lies.
     fn ground(&self, sample: &CoursePoint, channel: &Channel) -> LiesIn {
         if !self.is_wet(sample.area) {
             return LiesIn::Dry;
         }
-        // From a knot on to the next its lake counts. Lakes go before the sea, under whose level their floors may lie.
+        // The lake of a knot counts up to the next knot. Lakes are checked before the sea, as their floors may lie
+        // under its level.
         let knot = channel.knots[sample.place.1 as usize];
         if let Some(lake) = channel.lake.filter(|_| sample.level_m < knot.pool_m) {
             return LiesIn::Lake(lake);
@@ -365,7 +373,7 @@ impl Fluvial {
         if self.fields.is_drowned(sample.at, sample.level_m) { LiesIn::Sea } else { LiesIn::Channel }
     }
 
-    /// All rivers of the course that begins in a channel.
+    /// Returns all rivers of the course that begins in a channel.
     fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<Line>>> {
         self.rivers.of_courses.get(top, || {
             let course = self.course(top);
@@ -380,7 +388,7 @@ impl Fluvial {
             return None;
         }
         let first = samples[0].at;
-        // From a vertex near by, places are small numbers with room for fractions, wherever in the world.
+        // Relative to a vertex near by, places are small numbers with room for fractions anywhere in the world.
         let node = GRAINS * self.stride;
         let origin = [first.x, first.y].map(|grains| grains.div_euclid(node));
         let corner = Point { x: origin[0] * node, y: origin[1] * node };
@@ -416,7 +424,7 @@ impl Fluvial {
         })
     }
 
-    /// What a part of a course ends in, in a channel at a point.
+    /// Returns what a part of a course ends in, in a channel at a point.
     fn end(&self, part: &RiverPart, channel: &Channel, at: Point) -> LineEnd {
         match part.end {
             Some(LiesIn::Lake(lake)) => LineEnd::Lake(lake),
@@ -430,14 +438,15 @@ impl Fluvial {
         }
     }
 
-    /// Samples where they lie in the world, with the level of their water there: those that fall.
+    /// Moves samples to their places in the world, with the level of their water there, and keeps those that fall.
     fn falling(&self, samples: &[CoursePoint]) -> Vec<CoursePoint> {
         let mut line: Vec<CoursePoint> = Vec::with_capacity(samples.len());
-        // What fell in the network need not any more: levels are lifted, and places in the world are rounded to grains.
+        // A line that falls in the network may not fall in the world: levels are lifted, and places are rounded to
+        // grains.
         let falls = |from: &CoursePoint, to: &CoursePoint| from.level_m > to.level_m && from.at != to.at;
         for (index, sample) in samples.iter().enumerate() {
             let point = CoursePoint { at: self.in_world(sample.at), level_m: self.lifted_m(sample.level_m), ..*sample };
-            // The end stays where it is, whatever must go for it.
+            // The end stays in place; points before it go if they do not lie above it.
             while index + 1 == samples.len() && line.len() > 1 && !falls(&line[line.len() - 1], &point) {
                 line.pop();
             }
@@ -448,36 +457,37 @@ impl Fluvial {
         line
     }
 
-    /// The river that a channel is at a point, or the next one that it is below.
+    /// Returns the river to which a channel belongs at a point, or else the next river further down.
     fn joined(&self, id: ChannelId, at: Point) -> Option<LineId> {
         let course = self.course(self.top(id));
         let number = course.channels.iter().position(|channel| channel.id == id)?;
-        // A point is rounded to a grain.
+        // The point is rounded to a grain, so allow a little less.
         let place = (number, locate(&course.channels[number], at) - 1e-3);
         let reaches = |part: &&RiverPart| part.samples[part.samples.len() - 1].place >= place;
         course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id)
     }
 }
 
-/// The last place of the bed between two of which one is in it.
+/// Finds by bisection the last place in the bed between two places, one of which is in the bed.
 fn between(from: CoursePoint, to: CoursePoint, ground: impl Fn(&CoursePoint) -> LiesIn) -> CoursePoint {
     let (mut bed, mut other) = if ground(&from) == LiesIn::Channel { (0.0, 1.0) } else { (1.0, 0.0) };
-    // At most three vertices, halved so often, are less than a grain, to which points are rounded in any case.
+    // The two are at most three vertices apart: halved this often, that is less than a grain, to which points are
+    // rounded anyway.
     for _ in 0..16 {
         let middle = f64::midpoint(bed, other);
         if ground(&from.towards(&to, middle)) == LiesIn::Channel { bed = middle } else { other = middle }
     }
-    // The end that was seen to be in the bed: the other would put the point on the far side.
+    // Return the end that was found to be in the bed: the other would lie on the far side.
     from.towards(&to, bed)
 }
 
-/// Ends a part, if there is one.
+/// Ends the part that is open, if it has two points or more.
 fn close(parts: &mut Vec<RiverPart>, channels: &[Arc<Channel>], samples: Vec<CoursePoint>, end: Option<LiesIn>) {
     if samples.len() < 2 {
         return;
     }
     let channel = channels[samples[0].place.0].id;
-    // Numbered from the channel that it begins in.
+    // Parts are numbered within the channel in which they begin.
     let begun = |part: &&RiverPart| matches!(part.id, LineId::River { channel: other, .. } if other == channel);
     let part = parts.iter().filter(begun).count() as u32;
     parts.push(RiverPart { id: LineId::River { channel, part }, samples, end });

@@ -13,16 +13,16 @@ use crate::memory::heap_bytes;
 /// The straight segments of the channels around a place, in a fixed order.
 #[derive(Debug)]
 pub struct Segments {
-    /// What their lines are relative to.
+    /// The point that the lines are relative to.
     pub origin: Point,
-    /// The channels, in the order of levels and cells.
+    /// The channels, ordered by level and cell.
     pub channels: Vec<Arc<Channel>>,
-    /// Their segments, those of a channel from its head down.
+    /// Their segments, channel by channel, each from its head down.
     pub all: Vec<Segment>,
 }
 
 impl Segments {
-    /// Those of them whose [reach](Segment::reach) touches a rectangle.
+    /// Returns the segments whose [reach](Segment::reach) touches a rectangle.
     #[must_use]
     pub fn near(&self, rectangle: [Point; 2], reach: Reach) -> Segments {
         let rectangle = rectangle.map(|corner| corner.from(self.origin));
@@ -31,116 +31,125 @@ impl Segments {
     }
 }
 
-/// A straight segment of a channel: from one knot to the next. Pairs are a value at its upper end, and how that changes
-/// to its lower end.
+/// A straight segment of a channel, from one knot to the next. Each pair of numbers is a value at the upper end, and
+/// its change from there to the lower end.
 #[derive(Clone, Debug)]
 pub struct Segment {
     /// The number of its channel.
     pub channel: u32,
     /// The number of the knot at which it begins.
     pub knot: u32,
-    /// Where it begins, in grains east and south of the origin.
+    /// The upper end, in grains east and south of the origin.
     pub from: [f64; 2],
-    /// The way from there to where it ends.
+    /// The way from the upper end to the lower end, in grains.
     pub along: [f64; 2],
     per_square: f64,
-    /// Grains from a channel of its level to the next, about.
+    /// Distance in grains between channels of its level, about.
     side: f64,
-    /// Grains beyond which it does not matter, whatever its side is.
+    /// Distance in grains beyond which the segment does not matter, whatever its side is like.
     near: f64,
-    /// Whether its channel is a trunk: these are never so steep that it shows across them.
+    /// True if its channel is a trunk. Trunks are never so steep that their sides are gentler across by more than
+    /// shows.
     is_trunk: bool,
     /// Heights of the water in metres.
     pub level_m: [f64; 2],
     /// Areas that drain through it, in cells of the trunk lattice.
     pub area: [f64; 2],
-    /// Slopes of the sides across the channel, as shares of the hillside's: with the bed's along it they make that.
+    /// Slopes of the sides across the channel, as shares of the hillside's: together with the slope of the bed along
+    /// the channel, they make the hillside's slope.
     pub cross: [f64; 2],
-    /// Half widths of the valley's floor with the foot of its side, in grains.
+    /// Half widths of the valley's floor, with the rounded foot of its side, in grains.
     pub trough: [f64; 2],
-    /// How steep the floor rises from the river, as a share of the side.
+    /// Slopes of the floor where it rises from the river, as shares of the side's slope.
     pub lean: [f64; 2],
     /// Half widths of the river, in grains.
     pub river: [f64; 2],
-    /// How high its levees are, as a share of the most.
+    /// Height of its levees, as a share of the greatest height.
     pub levees: f64,
-    /// The number of the terraces of its floor.
+    /// Number of terraces of its floor.
     pub terraces: u32,
-    /// Half widths of the flood plain below them, in grains.
+    /// Half widths of the flood plain below the terraces, in grains.
     pub flood_plain: [f64; 2],
-    /// Grains that the side rises from one terrace to the next, at most.
+    /// Largest rise in grains from one terrace to the next, on a side of slope 1.
     pub riser: [f64; 2],
-    /// How sharply its river bends: 1 to the right, -1 to the left as sharply as any.
+    /// Sharpness of its river's bend: 1 for the sharpest to the right, -1 for the sharpest to the left.
     pub bend: [f64; 2],
-    /// Height in metres of the lake that stands over what lies lower in its valley.
+    /// Height in metres of the lake that covers lower ground in its valley.
     pub pool_m: f64,
-    /// Grains by which its side matters further for being the floor of a lake.
+    /// Grains by which its side matters further because it is the floor of a lake.
     pub sunk: f64,
 }
 
 heap_bytes!(Segment);
 heap_bytes!(Segments: channels, all);
 
-/// How much steeper across the channel a valley's floor is than the river along it, at least.
+/// Least slope of a valley's floor across the channel, as a multiple of the river's slope along it.
 ///
-/// On what is more level, a vertex of the bed is nearly as high above a place further down, beside whose bed it lies: it
-/// would be land, and break the brook.
+/// On a flatter floor, a vertex of the bed would belong to a place further downstream, whose floor is hardly higher
+/// there: the vertex would count as land, and interrupt the brook.
 const LEAN: f64 = 3.0;
 
-/// How much steeper a floor is than its own bed rises from there up, at least: where that goes up in a step, it would lie on
-/// the floor below. More than what the sides of steep beds are gentler across.
+/// Least ratio of a floor's cross slope to its bed's slope upstream. With a smaller one, a bed that rises in a step
+/// would come to lie on the floor below the step. It is larger than the factor by which the sides of steep beds are
+/// gentler across.
 const ABOVE_OWN: f64 = 1.5;
 
-/// The share that this slope has of the hillside's, at most: of steep brooks the whole side is as steep.
+/// Largest slope of a floor, as a share of its side's slope: beside steep brooks the floor is almost as steep as the
+/// side.
 pub const MOST_LEAN: f64 = 0.95;
 
-/// Share of the half width of a valley's floor that is level across, but for how it leans; the rest rounds the foot of its
-/// side. Chosen by eye.
+/// Share of the half width of a valley's floor that is level across, apart from its lean. The rest is the rounded foot
+/// of the side. Chosen by eye.
 pub(super) const LEVEL: f64 = 0.7;
 
-/// Height of the highest levees, as a share of the half width of their river; how steep they rise from it, as a share of the
-/// side's slope, and how steep they fall behind. Less steep than most floors lean, so that water stands behind few. Chosen by eye.
+/// Height of the highest levees, as a share of their river's half width; their slope towards the river and behind, as
+/// shares of the side's slope. The slope behind is less than most floors lean, so that water stands behind few levees.
+/// Chosen by eye.
 pub(super) const LEVEE: f64 = 0.25;
 pub(super) const LEVEE_RISES: f64 = 0.3;
 pub(super) const LEVEE_FALLS: f64 = 0.05;
 
-/// How steep a river runs down the side of another one's valley at most, as a share of that side's slope: so it cuts
-/// into it, and is not lost on it. Chosen by eye.
+/// Largest slope of a river that runs down the side of another valley, as a share of that side's slope: the river cuts
+/// into the side, and is not lost on it. Chosen by eye.
 pub const INCISION: f64 = 0.65;
 
-/// Metres that a bed which is cut into the side of another valley falls from knot to knot at least, and metres a metre: from
-/// one vertex to the next so much that heights in `f32` show it.
+/// Least fall from knot to knot of a bed that is cut into the side of another valley, in metres, and in metres a metre.
+/// From one vertex to the next it is large enough for heights in `f32` to show it.
 const LEAST_FALL_M: f64 = 0.01;
 const LEAST_FALL: f64 = 1e-4;
 
-/// Grains between the places at which a bed is compared with the sides of other valleys, about: eight vertices.
+/// Distance in grains between the places at which a bed is compared with the sides of other valleys, about: eight
+/// vertices.
 const LONGEST_CUT: f64 = (8 * GRAINS) as f64;
 
-/// Knots of a bed that are compared with the sides of other valleys together.
+/// Number of knots of a bed that are compared with the sides of other valleys together.
 const CUT_RUN: usize = 8;
 
-/// How broad a river is where it is straight, and in a sharp bend, as shares of what is usual for its discharge. Chosen by eye.
+/// Width of a river where it is straight, and in a sharp bend, as shares of the usual width for its discharge. Chosen
+/// by eye.
 const STRAIGHT: f64 = 0.9;
 const BENT: f64 = 1.2;
 
-/// Widths before and after a place by whose directions a bend is told, and the sine of the angle between them that is sharp: a
-/// bend of three widths.
+/// Distance upstream and downstream of a place, in widths of the river, whose directions are compared to measure a
+/// bend; and the sine of the angle between them in a sharp bend, one with a radius of three widths.
 const BEND_WIDTHS: f64 = 1.25;
 const SINE: f64 = 0.4;
 
-/// Widths from each end of a trunk, from its lakes and from the sea within which it comes to be as broad as is usual.
+/// Distance in widths of the river from each end of a trunk, from its lakes and from the sea within which it takes on
+/// its usual width.
 const END_WIDTHS: f64 = 4.0;
 
-/// How far the side of a channel goes on that has no brooks, in distances to the next channel of its level.
+/// Distance to which the side of a channel without brooks goes on, as a multiple of the distance to the next channel of
+/// its level.
 const OWN_SIDES: f64 = 1.0;
 
-/// Grains that the side of a valley whose slope is 1 rises within so many grains of its river's middle: by the half width of
-/// the river, and that of the floor and how this leans.
+/// Returns the grains that a valley side of slope 1 rises within `grains` of its river's middle, given the half width
+/// of the river (`shore`), that of the floor (`trough`), and the slope of the floor (`lean`).
 pub fn rise(grains: f64, shore: f64, trough: f64, lean: f64) -> f64 {
     rise_over(grains, shore, trough, lean, 0.0)
 }
 
-/// The same where levees and terraces have risen by so many grains.
+/// Returns [`rise`] where levees and terraces have risen by `raised` grains.
 fn rise_over(grains: f64, shore: f64, trough: f64, lean: f64, raised: f64) -> f64 {
     let round = (1.0 - LEVEL) * trough;
     let beyond = (grains - shore.max(LEVEL * trough)).max(0.0);
@@ -148,88 +157,89 @@ fn rise_over(grains: f64, shore: f64, trough: f64, lean: f64, raised: f64) -> f6
     risen + lean * ((grains - shore).max(0.0) - risen)
 }
 
-/// Grains from a channel beyond which its side has risen more than that of a brook without a floor does within `brook`
-/// grains, by the half width of its floor.
+/// Returns the distance in grains from a channel beyond which its side has risen more than that of a brook without a
+/// floor does within `brook` grains, given the half width of the channel's floor.
 pub fn widened(brook: f64, trough: f64) -> f64 {
     brook + trough
 }
 
-/// How far channels matter, in grains from them, where no others are in between.
+/// Distances in grains within which channels matter, where no other channels lie in between.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
-    /// Of brooks whose sides are as steep as the hill; of other channels as far as their sides rise no more than theirs.
+    /// For brooks whose sides are as steep as the hill. Other channels matter as far as their sides rise no more than
+    /// the side of a brook does within this distance.
     pub brook: f64,
-    /// Of the larger channels, whose sides go on where there are no brooks, at most.
+    /// Upper limit for the larger channels, whose sides go on where there are no brooks.
     pub most: f64,
-    /// No sides count as gentler, as a share of the hillside's slope.
+    /// Least slope of sides, as a share of the hillside's: gentler sides count as this steep.
     pub least_cross: f64,
 }
 
 impl Reach {
-    /// The same for all channels, as if the sides of all were as steep as the hill.
+    /// Creates a reach that is the same for all channels, as if the sides of all were as steep as the hill.
     pub fn even(brook: f64) -> Reach {
         Reach { brook, most: brook, least_cross: 1.0 }
     }
 
-    /// How far channels matter that are so far apart.
+    /// Returns the distance within which channels matter that are `side` grains apart.
     pub fn of(self, side: f64) -> f64 {
         self.brook.max((OWN_SIDES * side).min(self.most))
     }
 }
 
 impl Segment {
-    /// The segment's line, relative to the segments' origin.
+    /// Returns the segment's line, relative to the segments' origin.
     pub fn line(&self) -> LineSegment {
         LineSegment { from: self.from, along: self.along }
     }
 
-    /// The corners of the least rectangle around it.
+    /// Returns the corners of the segment's bounding box.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let to = [0, 1].map(|axis| self.from[axis] + self.along[axis]);
         [[0, 1].map(|axis| least(self.from[axis], to[axis])), [0, 1].map(|axis| most(self.from[axis], to[axis]))]
     }
 
-    /// The share of the segment at which it is nearest to a point, and the square of the distance in grains.
+    /// Returns the share of the segment at which it is nearest to a point, and the square of the distance in grains.
     pub fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
         self.nearest_off([to[0] - self.from[0], to[1] - self.from[1]])
     }
 
-    /// [`Segment::nearest`] to a point so far from where the segment begins.
+    /// Returns the same as [`Segment::nearest`] for a point given by its offset from the segment's upper end.
     ///
-    /// [`LineSegment::nearest`] but for a division, which is done once for all points.
+    /// It does what [`LineSegment::nearest`] does, but for a division, which is done once for all points.
     pub fn nearest_off(&self, off: [f64; 2]) -> (f64, f64) {
         let t = ((off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square).clamp(0.0, 1.0);
         let off = [off[0] - self.along[0] * t, off[1] - self.along[1] * t];
         (t, off[0] * off[0] + off[1] * off[1])
     }
 
-    /// How many metres its bed falls a grain; less than 0 where it rises to the sill of a lake.
+    /// Returns the metres that the bed falls a grain; less than 0 where the bed rises to the sill of a lake.
     pub fn bed_slope(&self) -> f64 {
         -self.level_m[1] / length(self.along)
     }
 
-    /// The least slope across it, as a share of the hillside's.
+    /// Returns the least slope of the sides across the channel, as a share of the hillside's.
     pub fn gentlest_cross(&self) -> f64 {
         least(self.cross[0], self.cross[0] + self.cross[1])
     }
 
-    /// The largest half width of its floor's rounding in grains.
+    /// Returns the largest half width of the floor, with the rounded foot of its side, in grains.
     pub fn widest_trough(&self) -> f64 {
         most(self.trough[0], self.trough[0] + self.trough[1])
     }
 
-    /// What its floor leans, at least.
+    /// Returns the least slope of the floor, as a share of the side's.
     pub fn least_lean(&self) -> f64 {
         least(self.lean[0], self.lean[0] + self.lean[1])
     }
 
-    /// The largest half width of its river in grains.
+    /// Returns the largest half width of the river in grains.
     fn shore(&self) -> f64 {
         most(self.river[0], self.river[0] + self.river[1])
     }
 
-    /// Grains from the segment beyond which its side has risen more than that of a brook without a floor does within
-    /// `brook` grains.
+    /// Returns the distance in grains from the segment beyond which its side has risen more than that of a brook
+    /// without a floor does within the reach of a brook.
     #[inline]
     pub fn reach(&self, reach: Reach) -> f64 {
         let cross = if self.is_trunk { 1.0 } else { self.gentlest_cross().max(reach.least_cross) };
@@ -237,35 +247,36 @@ impl Segment {
         risen.min(self.near)
     }
 
-    /// Whether its [reach](Segment::reach) touches a rectangle, given by its corners.
+    /// Tells whether the [reach](Segment::reach) touches a rectangle, given by its corners.
     pub fn reaches(&self, rectangle: [[f64; 2]; 2], reach: Reach) -> bool {
         touches(self.bounds(), rectangle, self.reach(reach))
     }
 
-    /// Its lowest water in metres.
+    /// Returns the height in metres of the segment's lowest water.
     pub fn lowest_m(&self) -> f64 {
         least(self.level_m[0], self.level_m[0] + self.level_m[1])
     }
 
-    /// Its highest water in metres.
+    /// Returns the height in metres of the segment's highest water.
     pub fn highest_m(&self) -> f64 {
         most(self.level_m[0], self.level_m[0] + self.level_m[1])
     }
 
-    /// Whether a point lies on the floor of its valley.
+    /// Tells whether a point lies on the floor of the segment's valley.
     pub fn has_on_floor(&self, at: [f64; 2]) -> bool {
         let (t, square) = self.nearest(at);
         square < (LEVEL * lerp(self.trough, t)).powi(2)
     }
 
-    /// Whether its side may be below a height where it is so far away, given as the square.
+    /// Tells whether the side may be below a height at some distance, given as its square, for hillsides that rise
+    /// `slope` metres a grain.
     pub fn may_be_below(&self, square: f64, slope: f64, most_m: f64) -> bool {
         let risen = (most_m - self.lowest_m()) / (slope * self.gentlest_cross());
-        // Nowhere along the segment has its side risen less.
+        // Nowhere along the segment has the side risen less than this `rise`.
         risen > 0.0 && rise(square.sqrt(), self.shore(), self.widest_trough(), self.least_lean()) <= risen
     }
 
-    /// [`Segment::side_m`] if that is lower than a height: cheaper than to ask for it and compare.
+    /// Returns [`Segment::side_m`] if it is lower than `most_m`: cheaper than to compute and compare it.
     pub fn side_below_m(&self, at: [f64; 2], slope: f64, most_m: f64) -> Option<f64> {
         if most_m <= self.lowest_m() {
             return None;
@@ -277,14 +288,16 @@ impl Segment {
         Some(self.side_at_m(t, square, slope)).filter(|side_m| *side_m < most_m)
     }
 
-    /// The height of the valley side that rises from it at a point, for hillsides that rise so many metres a grain.
+    /// Returns the height in metres of the segment's valley side at a point, for hillsides that rise `slope` metres a
+    /// grain.
     pub fn side_m(&self, at: [f64; 2], slope: f64) -> f64 {
         let (t, square) = self.nearest(at);
         self.side_at_m(t, square, slope)
     }
 
-    /// Grains that its terraces have risen so far from a place of it: from the flood plain to the foot of the side they are
-    /// equally far apart, and their risers as steep as the side. Where they have no room they are less high.
+    /// Returns the grains that the terraces have risen at a distance from a place of the segment. From the flood plain
+    /// to the foot of the side they are equally far apart, and their risers are as steep as the side. Where they have
+    /// no room they are lower.
     fn terraces_risen(&self, t: f64, grains: f64) -> f64 {
         if self.terraces == 0 {
             return 0.0;
@@ -295,7 +308,8 @@ impl Segment {
         (0..self.terraces).map(|step| (grains - flood_plain - tread * f64::from(step)).clamp(0.0, riser)).sum()
     }
 
-    /// Grains that its levee rises above the floor so far from a place of it: as high as there is room on the level floor.
+    /// Returns the grains that the levee rises above the floor at a distance from a place of the segment: as many as
+    /// there is room for on the level floor.
     fn levee_risen(&self, t: f64, grains: f64) -> f64 {
         let river = lerp(self.river, t);
         let room = (LEVEL * lerp(self.trough, t) - river).max(0.0);
@@ -312,12 +326,12 @@ impl Segment {
     }
 }
 
-/// What some segments have in common.
+/// Bounds of the places and values of some segments.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// The corners of the least rectangle around them.
+    /// The corners of their bounding box.
     rectangle: [[f64; 2]; 2],
-    /// Their lowest and their highest water in metres.
+    /// The heights in metres of their lowest and their highest water.
     pub level_m: [f64; 2],
     gentlest_cross: f64,
     widest_trough: f64,
@@ -327,7 +341,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// What these segments have in common; without any, no place is near enough to matter.
+    /// Returns the bounds of these segments; without any, no place is near enough to matter.
     pub fn of(segments: &[Segment]) -> Bounds {
         let none = Bounds {
             rectangle: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
@@ -355,65 +369,66 @@ impl Bounds {
         })
     }
 
-    /// Whether their rectangle, widened by some distance, holds a place: as [`LineSegment::touches`] tells of each.
+    /// Tells whether the bounding box, widened by some distance, holds a place, as [`LineSegment::touches`] does for a
+    /// single line.
     pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
         self.overlaps([place, place], distance)
     }
 
-    /// Whether their rectangle, widened by some distance, overlaps another one.
+    /// Tells whether the bounding box, widened by some distance, overlaps a rectangle.
     pub fn overlaps(&self, [low, high]: [[f64; 2]; 2], distance: f64) -> bool {
         let [own_low, own_high] = self.rectangle;
         let overlaps = |axis: usize| own_low[axis] - distance <= high[axis] && low[axis] <= own_high[axis] + distance;
         overlaps(0) & overlaps(1)
     }
 
-    /// The square of the distance in grains from a place to the nearest of them, at least.
+    /// Returns a lower bound of the square of the distance in grains from a place to the nearest segment.
     pub fn least_square(&self, place: [f64; 2]) -> f64 {
         let [low, high] = self.rectangle;
         let off = [0, 1].map(|axis| most(most(low[axis] - place[axis], place[axis] - high[axis]), 0.0));
         off[0] * off[0] + off[1] * off[1]
     }
 
-    /// The most that [`Segment::reach`] is for channels that all matter alike.
+    /// Returns an upper bound of [`Segment::reach`] for a reach that is [the same](Reach::even) for all channels.
     pub fn reach(&self, brook: f64) -> f64 {
         widened(brook, self.widest_trough.max(self.widest_shore)) + self.most_sunk
     }
 
-    /// Whether the side of one may be below a height at a place so far from all, given as the square: as
-    /// [`Segment::may_be_below`] tells of each.
+    /// Tells whether the side of a segment may be below a height at a place at least this far from all segments, given
+    /// as the square, as [`Segment::may_be_below`] does for a single segment.
     pub fn may_be_below(&self, square: f64, slope: f64, most_m: f64) -> bool {
         let risen = (most_m - self.level_m[0]) / (slope * self.gentlest_cross);
         risen > 0.0 && rise(square.sqrt(), self.widest_shore, self.widest_trough, self.least_lean) <= risen
     }
 }
 
-/// Whether a rectangle lies so near to another, by their corners.
+/// Tells whether a rectangle, widened by `reach`, touches another one, both given by their corners.
 pub fn touches([from, to]: [[f64; 2]; 2], [low, high]: [[f64; 2]; 2], reach: f64) -> bool {
     [0, 1]
         .into_iter()
         .all(|axis| from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis])
 }
 
-/// The smaller one of two numbers; `min` also asks for what is no number.
+/// Returns the smaller of two numbers; `min` would also check for NaN.
 fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The larger one of two numbers.
+/// Returns the larger of two numbers.
 fn most(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// A circle that holds the places of a course.
 pub struct Circle {
-    /// Its middle.
+    /// The centre.
     pub middle: [f64; 2],
-    /// Its radius.
+    /// The radius in grains.
     pub radius: f64,
 }
 
 impl Circle {
-    /// The circle around the middle of the way from the first place to the last.
+    /// Returns the circle that holds all places, around the middle between the first and the last.
     pub fn around(places: &[[f64; 2]]) -> Circle {
         let (first, last) = (places[0], places[places.len() - 1]);
         let middle = [0, 1].map(|axis| f64::midpoint(first[axis], last[axis]));
@@ -421,12 +436,12 @@ impl Circle {
         Circle { middle, radius: distances.fold(0.0, f64::max) }
     }
 
-    /// Grains from a segment to the nearest place in the circle.
+    /// Returns the grains from a segment to the nearest place in the circle.
     pub fn least(&self, segment: &Segment) -> f64 {
         self.left(segment.nearest(self.middle).1)
     }
 
-    /// Grains from some segments to the nearest place in the circle, at least.
+    /// Returns a lower bound of the grains from some segments to the nearest place in the circle.
     pub fn least_of(&self, bounds: &Bounds) -> f64 {
         self.left(bounds.least_square(self.middle))
     }
@@ -436,21 +451,21 @@ impl Circle {
     }
 }
 
-/// A channel whose knots are what they will be, with the cross-sections at them.
+/// Returns a channel, whose knots are final, with the cross-sections at them.
 pub fn measured(fields: &Fields, channel: Channel) -> Channel {
     let bends = bends(fields, &channel);
     let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot, &bends[knot])).collect();
     channel.with_sections(sections)
 }
 
-/// The cross-section at a knot of a channel that bends so there.
+/// Returns the cross-section at a knot of a channel, given the bend there.
 fn section(fields: &Fields, channel: &Channel, knot: usize, bend: &Bend) -> CrossSection {
     let Knot { at, area, level_m, .. } = channel.knots[knot];
     let steep = steepness(fields, channel, knot);
     let trough = fields.trough(channel.id.0, area, level_m);
     let upstream = steepest_upstream(fields, channel, knot, trough);
     let (share, riser_m) = fields.terrace(at, area);
-    // A lake has drowned them.
+    // A lake has drowned its terraces.
     let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
     let riser_m = if is_lake { 0.0 } else { riser_m };
     CrossSection {
@@ -464,24 +479,24 @@ fn section(fields: &Fields, channel: &Channel, knot: usize, bend: &Bend) -> Cros
     }
 }
 
-/// What a bend does to a river.
+/// The effect of a bend on a river.
 #[derive(Clone)]
 struct Bend {
-    /// How broad the river is, as a share of what is usual for its discharge.
+    /// Width of the river, as a share of the usual width for its discharge.
     broad: f64,
-    /// How sharp it is: 1 to the right, -1 to the left as sharp as any.
+    /// Sharpness of the bend: 1 for the sharpest to the right, -1 for the sharpest to the left.
     turn: f64,
 }
 
-/// How the river of a channel bends at each of its knots: trunks do, and are broader where they do.
+/// Returns the bend of a channel's river at each of its knots. Only trunks have bends, and are broader in them.
 fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
     let knots = &channel.knots;
     let none = Bend { broad: 1.0, turn: 0.0 };
-    // A way straight from end to end has no bend, which is known before all that is asked about ends.
+    // A channel of two knots is straight. This is checked first, because finding the ends takes longer.
     if channel.id.0 > 0 || knots.len() == 2 {
         return vec![none; knots.len()];
     }
-    // Lakes and the sea are ends, too.
+    // Lakes and the sea count as ends, too.
     let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
     let ends: Vec<bool> = knots.iter().map(is_end).collect();
     let bend = |knot: usize| {
@@ -494,10 +509,10 @@ fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
         let way_up = ahead(here, (0..knot).rev().map(others), width);
         let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);
         let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
-        // The way up leads back, so a turn to the right crosses it to the left.
+        // The vector `before` leads back upstream, so the cross product of a turn to the right has the opposite sign.
         let sine = -cross(before, after) / (length(before) * length(after)).max(1e-9);
         let sharp = smooth((sine.abs() / SINE).min(1.0));
-        // From one trunk to the next they are as broad, and as straight.
+        // At its ends a trunk has the usual width and no bend, so that it matches the next trunk.
         let inner = smooth((come / (END_WIDTHS * width)).min(1.0));
         let broad = 1.0 + (STRAIGHT + (BENT - STRAIGHT) * sharp - 1.0) * inner;
         Bend { broad, turn: (sharp * inner).copysign(sine) }
@@ -505,8 +520,9 @@ fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
     (0..knots.len()).map(bend).collect()
 }
 
-/// Where a channel comes from a place on through some knots, each with whether it is an end, in as many grains as its bend is
-/// told by; and how far it goes on, as far as that matters.
+/// Returns the offset from a place to the point of the channel that is as many grains ahead as a bend is measured over;
+/// and the distance to the next end, as far as it matters. The channel runs through `knots`, each with whether it is an
+/// end.
 fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: f64) -> ([f64; 2], f64) {
     let (bend, most) = (BEND_WIDTHS * width, END_WIDTHS * width);
     let (mut come, mut last, mut place) = (0.0, from, [0.0; 2]);
@@ -522,8 +538,8 @@ fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: 
     (place, come)
 }
 
-/// The segments of a [measured] channel that has that number, but for those without a length, of those whose ends are
-/// wanted.
+/// Returns the segments of a [measured] channel that has this number, without those of no length and those whose ends
+/// are not `wanted`.
 pub fn segments_of(
     fields: &Fields,
     channel: &Channel,
@@ -571,29 +587,31 @@ pub fn segments_of(
     })
 }
 
-/// How steep the bed of a channel is at a knot, as a share of the hillside's slope: what is steepest on the hillside is as
-/// steep as that, and of it the bed has its part.
+/// Returns the slope of a channel's bed at a knot, as a share of the hillside's slope. The hillside's slope is that of
+/// the steepest line on it, of which the slope along the bed is one part and that across the channel the other.
 fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
     let way_m = above.at.distance(below.at) * fields.metres_a_grain();
     (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
 }
 
-/// How steep it is from a knot to those upstream within the width of its floor, at most, as a share of the hillside's slope;
-/// near its mouth also of the channel that it joins.
-/// Trunks are never so much steeper further up that it matters, but for where they fall from a delta into the sea.
+/// Returns the steepest slope from a knot to those upstream within the width of its floor, as a share of the hillside's
+/// slope; near the mouth, also the slope towards the channel that this one joins.
+///
+/// Trunks are never so much steeper further up that it matters, except where they fall from a delta into the sea.
 fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f64) -> f64 {
     if channel.id.0 == 0 && channel.knots[knot].level_m >= fields.sea_level_m() {
         return 0.0;
     }
     let last = channel.knots.len() - 1;
     let (here, next, mouth) = (&channel.knots[knot], &channel.knots[last.min(knot + 1)], &channel.knots[last]);
-    // Where its floor comes beside the channel that it joins, on the way to the next knot, that must not lie on it either.
+    // If the floor comes to lie beside the joined channel before the next knot, that channel must not lie on the floor
+    // either.
     let joined = if next.at.distance(mouth.at) < trough { channel.joined_slope } else { 0.0 };
     let (mut steepest, mut before) = (joined, [0.0; 2]);
     for above in channel.knots[..knot].iter().rev() {
         let beyond = [here.at.distance(above.at), above.level_m - here.level_m];
-        // Of the step that leads out of the floor's width, what is still within.
+        // Of the step that leads out of the floor's width, only the part within it counts.
         let share = ((trough - before[0]) / (beyond[0] - before[0]).max(1e-9)).clamp(0.0, 1.0);
         let [way, rise_m] = [0, 1].map(|part| before[part] + (beyond[part] - before[part]) * share);
         steepest = steepest.max(rise_m / way.max(1e-9));
@@ -605,13 +623,14 @@ fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f6
     steepest / (fields.metres_a_grain() * channel.hill_slope)
 }
 
-/// A circle that holds a bed, and the height of its highest water.
+/// Returns a circle that holds a bed, and the height of the bed's highest water.
 pub fn bed_in(knots: &[Knot], origin: Point) -> (Circle, f64) {
     let places: Vec<[f64; 2]> = knots.iter().map(|knot| knot.at.from(origin)).collect();
     (Circle::around(&places), knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// Of segments those whose sides may be below a height somewhere in a circle, where they rise so many metres a grain.
+/// Returns the segments whose sides may be below a height somewhere in a circle, for hillsides that rise `slope` metres
+/// a grain.
 pub fn nearly_below<'a>(segments: &[&'a Segment], circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
     let may_be_below = |segment: &&Segment| {
         most_m > segment.lowest_m() && segment.may_be_below(circle.least(segment).powi(2), slope, most_m)
@@ -619,8 +638,8 @@ pub fn nearly_below<'a>(segments: &[&'a Segment], circle: &Circle, slope: f64, m
     segments.iter().copied().filter(may_be_below).collect()
 }
 
-/// Lowers a bed, from its mouth up, to below the sides of other valleys: those of segments that are relative to an origin.
-/// Where it is straight for long, it has a knot more at each place that is lowered.
+/// Lowers a bed, from its mouth up, to below the sides of other valleys, given their segments relative to an origin.
+/// Where the bed is straight for long, it gets a new knot at each place that is lowered.
 pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
     let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
     let below = |knots: &[Knot], segments| {
@@ -629,7 +648,8 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
     };
     let near = below(knots, segments);
     let mut cut: Vec<Knot> = knots.last().copied().into_iter().collect();
-    // From the mouth up, so that each knot knows what it must stay above; and in runs, of which each has few segments near.
+    // From the mouth up, because each knot must stay above the one below; and in runs, each of which has few segments
+    // near.
     for end in (1..knots.len()).rev().step_by(CUT_RUN) {
         let run = &knots[end.saturating_sub(CUT_RUN)..=end];
         let near = below(run, &near);
@@ -637,7 +657,7 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
             let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
             let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
             let slope = INCISION * gentlest * fields.metres_a_grain();
-            // Those that may be lower than it somewhere on the way.
+            // The segments whose sides may be below the bed somewhere on the way between the two knots.
             let middle = here.towards(&pair[1], 0.5).at.from(origin);
             let half = here.at.distance(pair[1].at) / 2.0;
             let highest_m = here.level_m.max(pair[1].level_m);
@@ -654,7 +674,7 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
                     .iter()
                     .fold(knot.level_m, |most_m, segment| segment.side_below_m(at, slope, most_m).unwrap_or(most_m))
             };
-            // It goes on falling, by a little at least where it did; in a lake the bed rises to its sill.
+            // Wherever the bed fell, it still falls by a little at least. In a lake the bed may rise to the sill.
             let whole = (2.0 * half).max(1.0);
             let least_fall_m = LEAST_FALL_M.max(LEAST_FALL * whole * fields.metres_a_grain());
             let least_fall_m = (here.level_m - below.level_m).min(least_fall_m);
@@ -662,7 +682,7 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
             here.level_m = cut_m(&here).max(least_m(here.at, &below));
             let parts = (here.at.distance(below.at) / LONGEST_CUT).ceil();
             for part in (1..parts as usize).rev().filter(|_| least_fall_m > 0.0) {
-                // What is left of the way down from here is straight, from the last knot that was lowered.
+                // The rest of the way down from here is straight, to the last knot that was lowered.
                 let straight = here.towards(&pair[1], part as f64 / parts);
                 let left = straight.at.distance(below.at) / here.at.distance(below.at);
                 let straight = Knot { level_m: below.level_m + (here.level_m - below.level_m) * left, ..straight };
@@ -680,7 +700,7 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
     *knots = cut;
 }
 
-/// The place of a channel some grains downstream of one; `None` past its end.
+/// Returns the place of a channel some grains downstream of another; `None` past the channel's end.
 pub fn downstream(channel: &Channel, (mut knot, mut t): ChannelPlace, mut grains: f64) -> Option<ChannelPlace> {
     while let [here, next, ..] = &channel.knots[knot..] {
         let whole = here.at.distance(next.at);
@@ -712,7 +732,8 @@ mod tests {
             area: 0.001,
             pool_m: f64::NEG_INFINITY,
         };
-        // From a knot to the next there are a hundred vertices, and half way a deep head is ten vertices beside it.
+        // The knots are a hundred vertices apart, and half way the deep head of another channel lies ten vertices
+        // beside the bed.
         let mut bed = vec![knot(0, 0, 1200.0), knot(100, 0, 1000.0)];
         let (head, foot) = (knot(50, 10, 1010.0), knot(50, 60, 900.0));
         let other = Channel::new((3, 0, 0), vec![head, foot], Mouth::Sea, 0.6);
@@ -728,7 +749,7 @@ mod tests {
         }
     }
 
-    /// The segment of a river half a kilometre long between sides of a slope.
+    /// Returns the segment of a river half a kilometre long between hillsides of a slope.
     fn reach_of_river(settings: &FluvialSettings, spacing_m: f64, hill_slope: f64) -> Segment {
         let fields = Fields::new(settings, spacing_m, None, 4);
         let knot =
@@ -759,7 +780,8 @@ mod tests {
         for step in 0..(1.5 * floor / vertex) as u32 {
             let (here, next) = (f64::from(step) * vertex, f64::from(step + 1) * vertex);
             let rise_m = side_m(&stepped, next) - side_m(&stepped, here);
-            // It rises all the way, nowhere more steeply than sides do, and is nowhere lower than without terraces.
+            // The floor rises all the way, nowhere more steeply than sides do, and is nowhere lower than without
+            // terraces.
             assert!(rise_m >= 0.0 && rise_m <= side_slope * vertex * 1.0001, "{rise_m} m at vertex {step}");
             assert!(side_m(&stepped, here) >= side_m(&bare, here));
             let is_riser = rise_m > 0.5 * side_slope * vertex && next < floor;
@@ -767,7 +789,8 @@ mod tests {
             was_riser = is_riser;
         }
         assert_eq!(risers, 2);
-        // The flood plain is as it was, and at the foot of the side both have risen as far as twice the river's depth.
+        // The flood plain is the same, and at the foot of the side each of the two terraces has risen by twice the
+        // river's depth.
         assert_eq!(side_m(&stepped, 0.4 * floor), side_m(&bare, 0.4 * floor));
         let risen_m = side_m(&stepped, floor) - side_m(&bare, floor);
         assert!((2.0..10.0).contains(&risen_m), "{risen_m} m");
@@ -801,7 +824,7 @@ mod tests {
         assert!((0.98..=1.0).contains(&steep), "{steep}");
         // A brook without a floor has straight sides from the water up, however steep it is.
         assert_eq!(rise(100.0, shore, 0.0, MOST_LEAN), 90.0);
-        // None goes on further than is said.
+        // At the distance that `widened` returns, the side has risen more than that of a brook.
         assert!(at(widened(300.0, trough)) > 300.0);
     }
 }

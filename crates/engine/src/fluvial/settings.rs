@@ -6,89 +6,91 @@ use serde::{Deserialize, Serialize};
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::mask::Mask;
 
-/// Relief that water made: rivers first, and the land between them after.
+/// Relief made by water: rivers first, then the land between them.
 ///
-/// Trunk rivers run over a coarse lattice; level by level tributaries join them, each level half as far apart. Beds rise
-/// upstream as in a landscape where uplift and incision are in balance, `slope = trunk_slope * uplift / sqrt(area)`,
-/// and hillsides rise from the beds to sharp or rounded crests.
+/// Trunk rivers run over a coarse lattice. Tributaries join them level by level; the channels of each level lie half as
+/// far apart. Beds rise upstream as in a landscape where uplift and incision are in balance,
+/// `slope = trunk_slope * uplift / sqrt(area)`, and hillsides rise from the beds to sharp or rounded crests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FluvialSettings {
     /// Metres between trunk rivers, about: 0.064 to 40,960,000 and 64 to 4096 times `spacing_m`. Default: 12,800.
     #[schemars(range(min = 0.064, max = 40_960_000))]
     pub trunk_m: f64,
-    /// Levels of tributaries below the trunks, 2 to 7: the last is `trunk_m / 2^levels` apart, at least 8 vertices.
-    /// Default: 6.
+    /// Levels of tributaries below the trunks, 2 to 7: the channels of the last level are `trunk_m / 2^levels` apart,
+    /// at least 8 vertices. Default: 6.
     #[schemars(range(min = 2, max = 7))]
     pub levels: u32,
-    /// Wavelength in metres of what decides where the water flows at large, 0.1 to 1,000,000,000 and
-    /// 2 to 64 times `trunk_m`. Default: 5 times.
+    /// Wavelength in metres of the large basins, which decide where water flows at large, 0.1 to 1,000,000,000 and 2 to
+    /// 64 times `trunk_m`. Default: 5 times.
     #[schemars(range(min = 0.1, max = 1e9))]
     pub basin_m: Option<f64>,
-    /// Height of the water that has no way out: inland lakes. In metres above the sea level, or above 0; 0 to 10,000. Default: 200.
+    /// Height of water without an outlet: inland lakes. In metres above the sea level, or above 0; 0 to 10,000.
+    /// Default: 200.
     #[schemars(range(min = 0, max = 10_000))]
     pub base_m: f64,
-    /// Slope of a river that drains a square of side `trunk_m`, where the uplift is whole, 0.0001 to 0.2.
+    /// Slope of a river that drains a square of side `trunk_m`, where the uplift is full, 0.0001 to 0.2.
     /// Default: 0.014.
     #[schemars(range(min = 0.0001, max = 0.2))]
     pub trunk_slope: f64,
-    /// Slope that no river exceeds, as a share of that of the hillsides, 0.05 to 0.9. Default: 0.45.
+    /// Slope that no river exceeds, as a share of the slope of the hillsides, 0.05 to 0.9. Default: 0.45.
     #[schemars(range(min = 0.05, max = 0.9))]
     pub channel_slope: f64,
-    /// Slope of hillsides where there is no uplift and where it is whole, 0.005 to 2. Default: [0.2, 0.8].
+    /// Slope of hillsides where there is no uplift and where it is full, 0.005 to 2. Default: [0.2, 0.8].
     #[schemars(inner(range(min = 0.005, max = 2)))]
     pub hill_slope: [f64; 2],
-    /// Where the land rises, and so is mountainous.
+    /// The uplift map: land that rises fast is mountainous.
     pub uplift: Uplift,
-    /// How wide valley floors are: half their width as a share of the side of the area that drains there, 0 to 0.2.
+    /// Width of valley floors: half of it as a share of the side of the area that drains there, 0 to 0.2.
     /// Default: 0.03.
     #[schemars(range(min = 0, max = 0.2))]
     pub valley: f64,
-    /// Terraces in which a floor goes up from its flood plain to its sides, each twice as high as its river is deep where there
-    /// is room for them, 0 to 3. Default: 0.
+    /// Number of terraces between a flood plain and the sides of its valley, each twice as high as the river is deep
+    /// where there is room for them, 0 to 3. Default: 0.
     #[schemars(range(min = 0, max = 3))]
     pub terraces: u32,
-    /// How high the levees are that floods have left along rivers on wide floors, as a share of what the hillside rises over an
-    /// eighth of the river's width, 0 to 1. Default: 0.
+    /// Height of the levees that floods have left along rivers on wide floors, as a share of what the hillside rises
+    /// over an eighth of the river's width, 0 to 1. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub levees: f64,
-    /// Height in metres from which on glaciers have shaped the valleys of tributaries: floors are wide and go up in steps,
-    /// heads are cirques, and side valleys hang; 0 to 10,000, above the sea level or above 0. Default: none.
+    /// Height in metres above which glaciers have shaped the valleys of tributaries: floors are wide and go up in
+    /// steps, heads are cirques, and side valleys hang; 0 to 10,000, above the sea level or above 0. Default: none.
     #[schemars(range(min = 0, max = 10_000))]
     pub ice_m: Option<f64>,
-    /// Share of the stretches of wide floors on which a glacier has left moraines, above `ice_m` where that is given, 0 to 1.
-    /// Default: 0.
+    /// Share of the stretches of wide floors on which a glacier has left moraines, above `ice_m` if that is given,
+    /// 0 to 1. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub moraines: f64,
-    /// Height in metres to which glaciers come down in the heads of valleys, about: 0 to 10,000, above the sea level or above 0.
-    /// Default: no glaciers.
+    /// Height in metres down to which glaciers come in the heads of valleys, about: 0 to 10,000, above the sea level or
+    /// above 0. Default: no glaciers.
     #[schemars(range(min = 0, max = 10_000))]
     pub glacier_m: Option<f64>,
     /// Metres of height by which crests are rounded off, 0 to 1000. Default: 20.
     #[schemars(range(min = 0, max = 1000))]
     pub crest_m: f64,
-    /// How far all lines bend from the straight, 0 to 1. Default: 0.9.
+    /// Bend of all lines away from the straight, 0 to 1. Default: 0.9.
     #[schemars(range(min = 0, max = 1))]
     pub bend: f64,
-    /// Gullies on the hillsides: their depth as a share of what slope and spacing allow, 0 to 1. Default: 0.5.
+    /// Depth of gullies on the hillsides, as a share of what slope and spacing allow, 0 to 1. Default: 0.5.
     #[schemars(range(min = 0, max = 1))]
     pub gullies: f64,
-    /// Depth of rills, which are the shortest of three sizes of gullies, a fifth of the distance between brooks wide: as
-    /// `gullies` is that of the larger ones, 0 to 1; without gullies there are none. Default: as `gullies`.
+    /// Depth of rills, which are the shortest of three sizes of gullies, a fifth of the distance between brooks wide,
+    /// on the same scale as `gullies`, 0 to 1; without gullies there are no rills. Default: as `gullies`.
     #[schemars(range(min = 0, max = 1))]
     pub rills: Option<f64>,
-    /// How rough hillsides are, 0 to 1, by waves a third of the distance between brooks long and less: outcrops and what has
-    /// fallen from them; without gullies they are smooth. Default: 0.25.
+    /// Roughness of hillsides, 0 to 1: outcrops and scree, made of waves a third of the distance between brooks long
+    /// and shorter; without gullies hillsides are smooth. Default: 0.25.
     #[schemars(range(min = 0, max = 1))]
     pub roughness: f64,
-    /// No land is higher than this many metres, and what comes near is pressed together; 10 to 10,000. Default: 4800.
+    /// Greatest height of the land in metres: land that comes near it is compressed below it; 10 to 10,000.
+    /// Default: 4800.
     #[schemars(range(min = 10, max = 10_000))]
     pub ceiling_m: f64,
-    /// Share of the ceiling from which on the land is pressed together, 0.1 to 0.98: near 1, and what would be higher is a
-    /// plateau. Default: 0.6.
+    /// Share of the ceiling above which the land is compressed, 0.1 to 0.98: near 1, land that would be higher becomes
+    /// a plateau. Default: 0.6.
     #[schemars(range(min = 0.1, max = 0.98))]
     pub knee: f64,
-    /// Layers of rock which the land meets as it rises. Default: none.
+    /// Layers of rock, which show as cliffs and benches. Default: none.
     pub strata: Option<Strata>,
     /// Rain that runs off, in metres a year, 0.01 to 10. Default: 0.8.
     #[schemars(range(min = 0.01, max = 10))]
@@ -97,29 +99,31 @@ pub struct FluvialSettings {
     /// Default: 5.
     #[schemars(range(min = 0.1, max = 100))]
     pub river_width_m: f64,
-    /// Discharge in cubic metres a second from which on a channel holds water all year, 0 to 1,000,000; a level of tributaries
-    /// that would hold some on the last quarter of its channels alone holds none. Default: 0.05.
+    /// Discharge in cubic metres a second above which a channel holds water all year, 0 to 1,000,000. A level of
+    /// tributaries that would hold water only on the last quarter of its channels holds none. Default: 0.05.
     #[schemars(range(min = 0, max = 1e6))]
     pub spring_m3s: f64,
-    /// Share of the trunks, and of the tributaries that hold water, which have a lake on their way where there is room for
-    /// one, besides those where the land has a hollow, 0 to 1. Default: 0.1.
+    /// Share of the trunks, and of the tributaries with water, that have a lake on their way where there is room for
+    /// one, besides lakes in hollows of the land, 0 to 1. Default: 0.1.
     #[schemars(range(min = 0, max = 1))]
     pub lakes: f64,
-    /// Half width in metres of the largest lakes between their bays, 0 to 5,120,000 and at most an eighth of `trunk_m`. Default: a sixteenth of `trunk_m`.
+    /// Half width in metres of the largest lakes between their bays, 0 to 5,120,000 and at most an eighth of `trunk_m`.
+    /// Default: a sixteenth of `trunk_m`.
     #[schemars(range(min = 0, max = 5_120_000))]
     pub lake_m: Option<f64>,
-    /// Share of the bends of trunks beside which there is an old arm, where the flood plain has room for one and no other river
-    /// comes across it, 0 to 1. Default: 0.
+    /// Share of the bends of trunks that have an old arm (oxbow lake) beside them, where the flood plain has room for
+    /// one and no other river crosses it, 0 to 1. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub old_arms: f64,
-    /// Share of the reaches of trunks that are braided, likewise: they have side arms around low islands; 0 to 1. Default: 0.
+    /// Share of the reaches of trunks that are braided, under the same conditions: they have side arms around low
+    /// islands; 0 to 1. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub braids: f64,
     /// The coast; needs `sea_level_m`. Default: as of [`CoastSettings`].
     pub coast: CoastSettings,
 }
 
-/// Width in metres of a river of one cubic metre a second where nobody says another.
+/// Default of `river_width_m`: the width in metres of a river of one cubic metre a second.
 pub(crate) const RIVER_WIDTH_M: f64 = 5.0;
 
 impl Default for FluvialSettings {
@@ -159,11 +163,11 @@ impl Default for FluvialSettings {
     }
 }
 
-/// The uplift map: a mask, and what is left where it is 0.
+/// The uplift map: a mask, and the uplift that is left where the mask is 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Uplift {
-    /// Where the uplift is whole. Default: five times the default of `trunk_m`, from -0.4 to 0.4.
+    /// Mask that is 1 where the uplift is full. Default: five times the default of `trunk_m`, from -0.4 to 0.4.
     pub mask: Mask,
     /// The uplift where the mask is 0, 0.001 to 1. Default: 0.08.
     #[schemars(range(min = 0.001, max = 1))]
@@ -176,14 +180,14 @@ impl Default for Uplift {
     }
 }
 
-/// Layers of rock, hard ones making cliffs and soft ones benches.
+/// Layers of rock: hard layers form cliffs, and soft ones benches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Strata {
-    /// Metres from one layer to the next, 1 to 1000.
+    /// Thickness of a layer in metres, 1 to 1000.
     #[schemars(range(min = 1, max = 1000))]
     pub thickness_m: f64,
-    /// How much steeper than the land around it a layer's cliff is, 1 to 20.
+    /// Ratio of a cliff's slope to the slope of the land around it, 1 to 20.
     #[schemars(range(min = 1, max = 20))]
     pub steepness: f64,
     /// Share of a layer's height that is cliff, 0.05 to 0.95. Default: 0.5.
@@ -196,37 +200,39 @@ fn half() -> f64 {
     0.5
 }
 
-/// Where the sea is and how it meets the land.
+/// The place of the sea, and the shape of its coast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CoastSettings {
-    /// The noise (about -1 to 1) of the basins below which the sea was at its lowstand, -10 to 10. Default: -0.15.
+    /// Value of the basins' noise (about -1 to 1) below which there was sea at the lowstand, -10 to 10. Default: -0.15.
     #[schemars(range(min = -10, max = 10))]
     pub below: f64,
-    /// Octaves of that noise, 1 to 10: how jagged the coast is. From the third on they leave small seas without a way out.
-    /// Default: 2.
+    /// Octaves of that noise, 1 to 10: more make the coast more jagged. From the third on they leave small seas without
+    /// an outlet. Default: 2.
     #[schemars(range(min = 1, max = 10))]
     pub octaves: u32,
-    /// Metres by which the sea was lower when the rivers cut their valleys, 0 to 500: as far as it has risen since, they
-    /// are drowned, and what stood between them are headlands and islands. The ice ages' lowstand was 120 m. Default: 30.
+    /// Metres by which the sea was lower when the rivers cut their valleys, 0 to 500. The sea has risen since and
+    /// drowned the valleys; the land between them forms headlands and islands. The ice ages' lowstand was 120 m.
+    /// Default: 30.
     #[schemars(range(min = 0, max = 500))]
     pub lowstand_m: f64,
-    /// Slope from the lowstand's shore up that rivers keep below, and of the shelf, 0.001 to 2. Default: [0.15, 0.02].
+    /// Slope of the land up from the lowstand's shore, which rivers stay below, and slope of the shelf, 0.001 to 2.
+    /// Default: [0.15, 0.02].
     #[schemars(inner(range(min = 0.001, max = 2)))]
     pub slope: [f64; 2],
-    /// Depth in metres, below the lowstand, that the sea does not reach, 1 to 10,000. Default: 300.
+    /// Depth in metres below the lowstand that the sea's floor never reaches, 1 to 10,000. Default: 300.
     #[schemars(range(min = 1, max = 10_000))]
     pub depth_m: f64,
-    /// How far the largest rivers have filled their drowned valleys, at most: the length of a delta as a share of the side of
-    /// the area that drains there, 0 to 1. Default: 0.1.
+    /// Greatest length of the deltas with which rivers have filled their drowned valleys, as a share of the side of the
+    /// area that drains there, 0 to 1. Default: 0.1.
     #[schemars(range(min = 0, max = 1))]
     pub deltas: f64,
-    /// Share of the large rivers whose drowned valleys end behind a bar of sand, 0 to 1: what lies behind it is a lagoon.
-    /// Default: 0.
+    /// Share of the large rivers whose drowned valleys end behind a barrier of sand, 0 to 1: the water behind it is a
+    /// lagoon. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub lagoons: f64,
-    /// How much of the sea near the lowstand's shore has shoals with skerries, which are small low islands, 0 to 1: a few
-    /// vertices to fifteen across. Default: 0.
+    /// Share of the sea near the lowstand's shore that has shoals with skerries, which are small low islands, a few
+    /// vertices to fifteen across; 0 to 1. Default: 0.
     #[schemars(range(min = 0, max = 1))]
     pub skerries: f64,
 }
@@ -247,7 +253,7 @@ impl Default for CoastSettings {
 }
 
 impl FluvialSettings {
-    /// Finds the first value that does not go with others; each alone is within its range.
+    /// Finds the first value that does not go with others; each value alone is within its range.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
         path.key("trunk_m").times(self.trunk_m, 64.0..=4096.0, ("spacing_m", spacing_m))?;
         let finest = self.trunk_m / spacing_m / (1u32 << self.levels) as f64;

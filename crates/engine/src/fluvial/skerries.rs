@@ -1,7 +1,8 @@
 //! Skerries: low rounded islands on shoals off the coast.
 //!
-//! They stand on a lattice of the world, each well inside its cell: no two come together, and what is between them is sea.
-//! None comes to the shore, along which some water is left for all that ends there. Shoals only raise the sea's floor.
+//! Skerries stand on a lattice of the world, each well inside its cell, so no two touch and there is sea between them.
+//! None reaches the shore: a strip of water along it stays free for rivers that end there. Shoals only raise the sea's
+//! floor.
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point, chance};
@@ -13,48 +14,50 @@ use crate::hash::{self, Draw, Stream};
 /// Vertices a side of a cell of the lattice.
 const CELL: i64 = 32;
 
-/// Half lengths in vertices: the least, and by how much the largest are longer.
+/// Half length of skerries in vertices: the least value, and the range that chance adds.
 const HALF: (f64, f64) = (2.0, 5.5);
 
-/// How many times longer than wide they are. Chosen by eye.
+/// Ratio of a skerry's length to its width. Chosen by eye.
 const LENGTH: f64 = 1.5;
 
-/// How far their outlines go in and out, as a share of the square of their size: with so little they still fall to all
+/// Amplitude of a skerry's outline, as a share of the square of its size: so small that the skerry still falls to all
 /// sides. And the vertices from one bay to the next.
 const ROUGHNESS: f64 = 0.35;
 const BAYS: i64 = 10;
 
-/// The square of the share of its size at which the skirt of a skerry ends under the sea. Chosen by eye.
+/// Square of the distance, relative to the skerry's size, at which its slope under the sea ends. Chosen by eye.
 const SKIRT: f64 = 2.25;
 
 /// Metres that a skerry rises above the sea for each vertex of its half length, up to [`HIGHEST_M`]. Chosen by eye.
 const RISE_M: f64 = 1.1;
 
-/// Metres above the sea that no skerry is higher than.
+/// Greatest height of a skerry in metres above the sea.
 pub const HIGHEST_M: f64 = 10.0;
 
-/// Metres of water where there was so little that nothing rises from it, and so many more where all does.
+/// Depth of the sea in metres up to which nothing rises from its floor, and how many metres deeper shoals and skerries
+/// have their full height.
 const SHORE_M: (f64, f64) = (6.0, 12.0);
 
-/// Metres of water over a shoal, and the vertices from one to the next, about.
+/// Depth of the water over a shoal in metres, and distance in vertices from one shoal to the next, about.
 const SHOAL_M: f64 = 5.0;
 const SHOALS: i64 = 150;
 
-/// The noise from which on there is a shoal where there are fewest and most, and how much more makes it whole.
+/// Noise at which a shoal begins, where the setting asks for the fewest and for the most shoals; and rise of the noise
+/// from there to a whole shoal.
 const SHOAL_FROM: (f64, f64) = (0.35, -0.1);
 const SHOAL_OVER: f64 = 0.3;
 
-/// How far up a shoal it has skerries, and the share of the cells there that have one. Chosen by eye.
+/// Least share of a whole shoal at which skerries stand, and share of the cells there that have one. Chosen by eye.
 const SKERRIES: f64 = 0.3;
 const ON_SHOAL: f64 = 0.8;
 
-/// Vertices from the lowstand's shore within which there are shoals: at first most.
+/// Distance from the lowstand's shore in vertices within which there are shoals, fading outwards.
 const OFF_SHORE: f64 = 180.0;
 
-/// Vertices over which the direction changes in which skerries are long.
+/// Wavelength in vertices of the direction in which skerries are long.
 const STRIKE: i64 = 1500;
 
-/// The parts of what is left to chance of a skerry.
+/// The random draws of a skerry.
 const IS_THERE: u64 = 0;
 const SIZE: u64 = 1;
 const MIDDLE: u64 = 2;
@@ -63,7 +66,7 @@ const MIDDLE: u64 = 2;
 #[derive(Debug)]
 pub struct Skerries {
     seed: u64,
-    /// The noise from which on there is a shoal.
+    /// Noise at and above which there is a shoal.
     from: f64,
     shoals: PointNoise,
     bays: PointNoise,
@@ -73,13 +76,13 @@ pub struct Skerries {
 /// A skerry: an ellipse.
 #[derive(Clone, Copy, Debug)]
 struct Skerry {
-    /// The corner of its cell.
+    /// The corner of the skerry's cell.
     corner: [i64; 2],
-    /// Its middle, in vertices from there.
+    /// The middle of the skerry, in vertices from the corner.
     middle: [f64; 2],
-    /// The direction in which it is long.
+    /// The direction of the skerry's long axis.
     axis: [f64; 2],
-    /// Half of its length in vertices.
+    /// Half of the skerry's length in vertices.
     half: f64,
 }
 
@@ -94,7 +97,7 @@ pub struct AreaSkerries<'a> {
 }
 
 impl Skerries {
-    /// The skerries of a world with these fields; `None` if it has none.
+    /// Returns the skerries of a world with these fields; `None` if it has none.
     pub fn new(fields: &Fields, seed: u64) -> Option<Skerries> {
         let share = fields.settings().coast.skerries;
         let seed = |part| hash::stream(seed, Stream::Skerries.of(part));
@@ -108,7 +111,7 @@ impl Skerries {
         })
     }
 
-    /// Those that may lie in an area of nodes, so many vertices apart.
+    /// Returns the skerries that may lie in an area of nodes `step` vertices apart.
     pub fn around<'a>(&'a self, fields: &'a Fields, area: Area, step: i64) -> AreaSkerries<'a> {
         let cells = |first: i64, end: i64| ((first * step).div_euclid(CELL), ((end - 1) * step).div_euclid(CELL) + 1);
         let (columns, rows) = (cells(area.x0, area.x1), cells(area.y0, area.y1));
@@ -122,13 +125,13 @@ impl Skerries {
         }
     }
 
-    /// How far up a shoal a place is, from 0 to 1, that lies so many vertices off the lowstand's shore.
+    /// Returns the share of a whole shoal at a place, from 0 to 1, `off` vertices off the lowstand's shore.
     fn shoal(&self, at: Point, off: f64) -> f64 {
         let near = smooth(1.0 - off / OFF_SHORE);
         if near > 0.0 { near * smooth((self.shoals.at(at) - self.from) / SHOAL_OVER) } else { 0.0 }
     }
 
-    /// The skerry of a cell, well inside it.
+    /// Returns the skerry of a cell, well inside the cell.
     fn skerry(&self, fields: &Fields, cell: (i64, i64)) -> Option<Skerry> {
         let luck = |part| chance(self.seed, cell, Draw::Skerry, part);
         if luck(IS_THERE) >= ON_SHOAL {
@@ -140,7 +143,7 @@ impl Skerries {
         let middle = [0, 1].map(|axis| most + room * (2.0 * luck(MIDDLE + axis) - 1.0));
         let corner = [cell.0 * CELL, cell.1 * CELL];
         let at = Point::at_vertex(corner[0], corner[1]).moved(middle.map(|vertices| vertices * GRAINS as f64));
-        // The noise is cheaper than how far inland it is.
+        // The noise alone is cheaper than the distance from the shore, so test it first.
         if self.shoal(at, 0.0) < SKERRIES {
             return None;
         }
@@ -155,7 +158,8 @@ impl Skerries {
 }
 
 impl Skerry {
-    /// The square of how far a vertex is from its middle, as a share of its size there.
+    /// Returns the square of a vertex's distance from the skerry's middle, relative to the skerry's size in that
+    /// direction.
     fn square(&self, at: [i64; 2]) -> f64 {
         let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner[axis]) as f64 - self.middle[axis]);
         let along = x * self.axis[0] + y * self.axis[1];
@@ -165,12 +169,12 @@ impl Skerry {
 }
 
 impl AreaSkerries<'_> {
-    /// Whether there are none.
+    /// True if there are no skerries.
     pub fn is_empty(&self) -> bool {
         self.cells.iter().all(Option::is_none)
     }
 
-    /// The height in metres, at a vertex, of what without skerries and their shoals is the sea's floor.
+    /// Returns the height in metres at a vertex whose sea floor without shoals and skerries is at `floor_m`.
     pub fn raised_m(&self, at: [i64; 2], floor_m: f32) -> f32 {
         let Skerries { bays, .. } = self.all;
         let sea_m = self.fields.sea_level_m();
@@ -226,7 +230,7 @@ mod tests {
                 assert!([x - x0, y - y0].iter().all(|at| (1..CELL - 1).contains(at)), "{x},{y} is by another cell");
                 let beside = (-1..=1).flat_map(|v| (-1..=1).map(move |u| [x + u, y + v]));
                 let lowest_m = beside.map(|at| around.raised_m(at, floor_m)).fold(f32::INFINITY, f32::min);
-                // The middle may be highest, and nothing is lowest.
+                // A vertex may be the highest of those around, but never the lowest.
                 assert!(lowest_m < here_m, "{x},{y} is a hollow");
             }
         }

@@ -1,7 +1,8 @@
-//! Stamps: what raises the land around a fixed point of a channel, by a function of the way from there.
+//! Stamps: landforms that raise the land around a fixed point of a channel, by a function of the offset from that
+//! point.
 //!
-//! The fixed point is one of the network, so the stamp is the same for whoever knows the channel; and its reach is so short
-//! that whoever is within it does.
+//! The point is a point of the network, so the stamp is the same in every area that knows the channel. Its reach is so
+//! short that every area within the reach does know the channel.
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
@@ -10,21 +11,21 @@ use super::warp::Displaced;
 use crate::area::Area;
 use crate::stop;
 
-/// Vertices a side of the blocks for which stamps are found.
+/// Vertices a side of a block. Stamps are looked up once for each block.
 const BLOCK: usize = 16;
 
-/// Where something is stamped on the land.
+/// A landform stamped on the land.
 pub trait Stamp {
-    /// Its fixed point, and metres from there beyond which there is nothing of it.
+    /// Returns the stamp's fixed point, and the distance in metres beyond which the stamp changes nothing.
     fn reach(&self) -> (Point, f64);
 }
 
-/// Metres from a place of a channel of a level beyond which somebody may not know the channel.
+/// Distance in metres from a place of a level's channel within which every vertex knows the channel.
 pub fn known_m(fields: &Fields, level: u32) -> f64 {
     valley::reach(fields, fields.levels()).of(fields.side(level) as f64) * fields.metres_a_grain()
 }
 
-/// Calls `take` with each node that stamps may reach: its number, its vertex, and these stamps.
+/// Calls `take` with each node that stamps may reach: its index, its vertex, and these stamps.
 pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut take: impl FnMut(usize, Point, &[&T])) {
     let (area, metres) = (nodes.area, fields.metres_a_grain());
     let node_m = (nodes.step * GRAINS) as f64 * metres;
@@ -39,7 +40,7 @@ pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut 
             let reaches = |stamp: &&T| {
                 let (at, reach_m) = stamp.reach();
                 let at = at.from(corner).map(|grains| grains * metres);
-                // A metre more for what is rounded: this only says what to look at closely.
+                // One metre more allows for rounding: this only selects stamps for an exact test.
                 let most_m = reach_m + 1.0;
                 [0, 1].into_iter().all(|axis| {
                     at[axis] + most_m >= f64::from(least[axis])
@@ -54,9 +55,9 @@ pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut 
     }
 }
 
-/// Metres east and south from a point to a node of that number and vertex.
+/// Returns the metres east and south from a point to a node, given by its index and vertex.
 pub fn off_m(fields: &Fields, nodes: &Displaced, index: usize, vertex: Point, from: Point) -> [f64; 2] {
-    // Exact whatever the origin, but for the last sum: no window knows another place.
+    // The difference is exact whatever the origin, except for the last sum, so all windows find the same offset.
     let off = vertex.from(from);
     [0, 1].map(|axis| off[axis] * fields.metres_a_grain() + nodes.metres[axis][index] as f64)
 }

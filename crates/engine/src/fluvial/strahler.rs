@@ -1,7 +1,7 @@
 //! Strahler's orders of channels that hold water.
 //!
 //! Based on: A. N. Strahler, Quantitative analysis of watershed geomorphology, 1957. Where two streams of the same
-//! order meet, the stream below has one more; a stream that meets a larger one changes nothing.
+//! order meet, the stream below has the next higher order; a stream that joins one of higher order changes nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ use crate::geometry::LineSegment;
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// A tributary that holds water, where it joins a channel.
+/// A tributary with water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Join {
-    /// Where, as [`locate`] has it.
+    /// Place of the confluence in the channel, as [`locate`] returns it.
     place: f64,
     id: ChannelId,
     order: u32,
@@ -29,26 +29,26 @@ heap_bytes!(Join);
 /// The orders along a channel.
 #[derive(Clone, Debug)]
 pub struct Orders {
-    /// The order at its head.
+    /// The order at the channel's head.
     start: u32,
-    /// What joins it on its way, from the head down.
+    /// The tributaries that join the channel, from the head down.
     joins: Arc<Vec<Join>>,
 }
 
 impl Orders {
-    /// The order at a place of the channel, what joins it there included.
+    /// Returns the order at a place of the channel, after the tributaries that join there.
     pub fn at(&self, place: f64) -> u32 {
         let above = self.joins.iter().take_while(|join| join.place <= place);
         above.fold(self.start, |order, join| met([order, join.order].into_iter()))
     }
 
-    /// The order at its mouth.
+    /// Returns the order at the channel's mouth.
     pub fn end(&self) -> u32 {
         self.at(f64::INFINITY)
     }
 }
 
-/// The order below a place where streams of some orders meet; 1 where there is none, which is a spring.
+/// Returns the order below a place where streams of some orders meet; 1 if there are none, as at a spring.
 fn met(orders: impl Iterator<Item = u32>) -> u32 {
     let (mut most, mut twice) = (1, false);
     let mut any = false;
@@ -60,7 +60,7 @@ fn met(orders: impl Iterator<Item = u32>) -> u32 {
     most + u32::from(twice)
 }
 
-/// What is remembered of orders.
+/// The caches of orders.
 #[derive(Debug)]
 pub struct Strahler {
     joins: Memory<ChannelId, Vec<Join>>,
@@ -75,12 +75,12 @@ impl Default for Strahler {
 }
 
 impl Strahler {
-    /// Its memories.
+    /// Returns these caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.joins, &self.starts]
     }
 
-    /// The orders of a channel.
+    /// Returns the orders of a channel.
     pub fn orders(&self, fluvial: &Fluvial, channel: &Channel) -> Orders {
         let start = match channel.id {
             (0, x, y) => *self.starts.get((x, y), || self.start(fluvial, (x, y))),
@@ -89,7 +89,7 @@ impl Strahler {
         Orders { start, joins: self.joins(fluvial, channel) }
     }
 
-    /// The order at a node before it goes on as a trunk, from those of all trunks above it.
+    /// Computes the order at the node where a trunk begins, from all trunks above the node.
     fn start(&self, fluvial: &Fluvial, node: NodeId) -> u32 {
         let network = fluvial.network();
         let nodes = &network.trunks().look();
@@ -105,7 +105,8 @@ impl Strahler {
             above.extend(donors(above[next]));
             next += 1;
         }
-        // From the springs down: the reverse of how they were found. Not by calling itself, since trunks are long.
+        // From the springs down: the reverse of the order in which nodes were found. A loop instead of recursion, as
+        // trunks are long.
         let mut ends: BTreeMap<NodeId, u32> = BTreeMap::new();
         for id in above.into_iter().skip(1).rev() {
             let start = met(donors(id).map(|donor| ends[&donor]));
@@ -115,7 +116,7 @@ impl Strahler {
         met(donors(node).map(|donor| ends[&donor]))
     }
 
-    /// Where the tributaries that hold water join a channel, from its head down.
+    /// Returns the tributaries with water that join a channel, from its head down.
     fn joins(&self, fluvial: &Fluvial, channel: &Channel) -> Arc<Vec<Join>> {
         self.joins.get(channel.id, || self.find_joins(fluvial, channel))
     }
@@ -141,7 +142,8 @@ impl Strahler {
     }
 }
 
-/// The place of a channel that is nearest to a point: the number of a knot, and the share of the way to the next one.
+/// Returns the place of a channel that is nearest to a point: the number of a knot plus the share of the way to the
+/// next knot.
 pub fn locate(channel: &Channel, at: Point) -> f64 {
     let mut nearest = (f64::INFINITY, 0.0);
     for (knot, pair) in channel.knots.windows(2).enumerate() {

@@ -1,9 +1,9 @@
-//! The survey: fluvial land as those know it who plan settlements and roads on it, with sparse heights and waters, and
-//! rivers as lines.
+//! The survey: fluvial land as planners of settlements and roads know it, with sparse heights and waters, and rivers as
+//! lines.
 //!
-//! The same kernel that fills tiles fills every `step`th vertex, at the cost of the nodes alone. Heights are those of a
-//! tile but for rounding, for what is cut through its hollows, and for gullies that fewer nodes know less well. What has been
-//! found is remembered for a while, block by block, which changes nothing but time.
+//! The same kernel that fills tiles fills every `step`th vertex, at the cost of these nodes alone. Heights are those of
+//! a tile except for rounding, for breaches that are cut through a tile's hollows, and for gullies, which sparse nodes
+//! know less well. Results are cached for a while, block by block, which changes nothing but time.
 
 use crate::area::Area;
 use crate::clock::Clock;
@@ -16,64 +16,66 @@ use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// Nodes a side of a block of sparse land, and of one with gullies, which are made with all around them.
+/// Sides in nodes of a block of sparse land, and of a block with gullies, which is made with a margin around it.
 const BLOCK: i64 = 16;
 const GULLY_BLOCK: i64 = 32;
 
-/// Vertices a side of the squares for which channels are gathered at a time, and of those without dry brooks: of these there
-/// are fewer, and they matter further.
+/// Sides in vertices of the squares for which channels are gathered at a time, with and without dry brooks. Without
+/// them there are fewer channels, and these matter further.
 const PAGE: i64 = 256;
 const WET_PAGE: i64 = 512;
 
-/// Vertices from one point of a river's line to the next, at most: so finely it follows the bends of the world.
+/// Largest distance in vertices between points of a river's line: fine enough to follow the bends of the world.
 const RIVER_VERTICES: f64 = 3.0;
 
-/// How far a piece of a channel is bent aside in the world, at most, as a share of its length.
+/// Largest distance by which the world bends a piece of a channel aside, as a share of the piece's length.
 const BENDS: f64 = 2.0;
 
-/// A grain is as fine as the parts in which lines are counted.
+/// Lines are counted in parts of a vertex that are exactly as fine as grains.
 const _: () = assert!(FIXED == GRAINS);
 
-/// How finely land is surveyed.
+/// The resolution at which land is surveyed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sampling {
-    /// Vertices from a node to the next, a power of two.
+    /// Distance between nodes in vertices, a power of two.
     pub step: i64,
-    /// Whether brooks that hold no water are known; else it is only what they make of the land in the mean. Most channels
-    /// are such brooks, so it takes a fraction of the time.
+    /// True if brooks that hold no water are known; otherwise only their mean effect on the land is. Most channels are
+    /// such brooks, so the survey takes a fraction of the time without them.
     pub dry_brooks: bool,
 }
 
 impl Sampling {
-    /// All that may be known at nodes so many vertices apart.
+    /// Creates the sampling that knows all there is at nodes `step` vertices apart.
     pub const fn whole(step: i64) -> Sampling {
         Sampling { step, dry_brooks: true }
     }
 
-    /// Whether gullies are known.
+    /// Tells whether gullies are known.
     fn has_gullies(self) -> bool {
         self.dry_brooks && self.step <= MOST_GULLY_STEP
     }
 
-    /// Nodes a side of a block.
+    /// Returns the side of a block in nodes.
     fn block(self) -> i64 {
         if self.has_gullies() { GULLY_BLOCK } else { BLOCK }
     }
 }
 
-/// What is known about the land before anything is planned on it.
+/// The knowledge about the land before anything is planned on it.
 ///
-/// Whatever is asked must be a pure function of the place and the sampling: the same vertex has the same height and water in
-/// every question with that, and a piece of a river is the same in every area that it touches. With longer steps
-/// the land may be known less finely.
+/// All answers must be pure functions of the place and the sampling: with the same sampling, a vertex has the same
+/// height and water in every answer, and a piece of a river is the same in every area that it touches. With longer
+/// steps the land may be known less finely.
 pub trait Survey: Sync {
-    /// Height in metres of the bare land at the vertices `(x0 + i * step, y0 + j * step)`, row by row, `cols` x `rows`.
+    /// Returns the height in metres of the bare land at the vertices `(x0 + i * step, y0 + j * step)`, row by row,
+    /// `cols` x `rows`.
     fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32>;
 
-    /// What stands on the land there, likewise. A river does where it is wide enough for a vertex to lie in it.
+    /// Returns the kind of water on the land at the same vertices, in the same order. A river counts where it is wide
+    /// enough for a vertex to lie in it.
     fn waters(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<WaterKind>;
 
-    /// All pieces of rivers whose middle line touches `area`, in any order.
+    /// Returns all pieces of rivers whose middle line touches `area`, in any order.
     fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
 }
 
@@ -93,25 +95,25 @@ pub struct RiverPiece {
 heap_bytes!(RiverPiece);
 
 impl RiverPiece {
-    /// What pieces are sorted by, so that the order in which a survey lists them does not matter.
+    /// Returns the key by which pieces are sorted, so that the order in which a survey lists them does not matter.
     pub(crate) fn key(&self) -> ([i64; 2], [i64; 2], u32, [u32; 2]) {
         (self.from, self.to, self.width_m.to_bits(), self.level_m.map(f32::to_bits))
     }
 }
 
-/// Vertices from a node to the next up to which the survey knows of gullies.
+/// Largest distance between nodes, in vertices, at which the survey knows of gullies.
 pub(super) const MOST_GULLY_STEP: i64 = 4;
 
-/// Cells of the finest level that is seen within which its channels are known to the survey: less far than to tiles, for all that
-/// lies around what is planned is made for this alone. With 3 cells 2 in 100 vertices are not the tiles' to a centimetre, with
-/// 4 not 1 in 1000; where dry brooks are left out that matters little.
+/// Distance in cells of the finest level that is seen within which the survey knows channels. It is shorter than for
+/// tiles, because all that lies around the planned land is made for the survey alone. With 3 cells, 2 in 100 vertices
+/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000; without dry brooks that matters little.
 const BROOK_CELLS: i64 = 4;
 const WET_CELLS: i64 = 3;
 
-/// What has been found lately.
+/// The caches of a survey.
 #[derive(Debug)]
 pub(super) struct Memories {
-    /// By sampling, column and row.
+    /// Blocks, by sampling, column and row.
     blocks: Memory<(Sampling, i64, i64), SurveyBlock>,
     /// Channels around pages, by whether dry brooks are among them, column and row.
     pages: Memory<(bool, i64, i64), Segments>,
@@ -119,19 +121,19 @@ pub(super) struct Memories {
 
 impl Default for Memories {
     fn default() -> Memories {
-        // A page has up to a megabyte, and is asked for by the few blocks on it, one soon after the other.
+        // A page takes up to a megabyte, and only the few blocks on it ask for it, one soon after the other.
         Memories { blocks: Memory::new(4 << 20), pages: Memory::new(16 << 20) }
     }
 }
 
 impl Memories {
-    /// Its memories.
+    /// Returns the caches.
     pub fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.blocks, &self.pages]
     }
 }
 
-/// The land on `BLOCK` x `BLOCK` nodes.
+/// The land on the nodes of a block.
 #[derive(Debug)]
 struct SurveyBlock {
     heights_m: Vec<f32>,
@@ -151,7 +153,7 @@ impl Survey for Fluvial {
 
     fn rivers(&self, area: &Area) -> Vec<RiverPiece> {
         let fields = self.fields();
-        // All that the warp may bring here, and a vertex more for what is rounded on the way.
+        // All that the warp may move into the area, and a vertex more for rounding.
         let rectangle = self.warp.input(area.padded(1), 1);
         let spring_m3s = fields.spring_m3s();
         let levels = self.wet_levels();
@@ -159,7 +161,7 @@ impl Survey for Fluvial {
         let pieces = self.network().segments(ShownChannels::whole(levels), rectangle, origin, Reach::even(0.0));
         let asked = [Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1)];
         let mut rivers = Vec::new();
-        // Where a piece ended, in the network and in the world.
+        // The end of the last piece, in the network and in the world.
         let mut world = self.warp.points();
         let mut last = (origin, world.undo(origin));
         for piece in &pieces.all {
@@ -168,10 +170,11 @@ impl Survey for Fluvial {
             }
             let start = pieces.channels[piece.channel as usize].knots[piece.knot as usize].at;
             let end = start.moved(piece.along);
-            // Most begin where the one before has ended.
+            // Most pieces begin where the one before has ended.
             let first = if last.0 == start { last.1 } else { world.undo(start) };
             last = (end, world.undo(end));
-            // Few come to the area that is asked about: the rest lie where others may be bent to.
+            // Few pieces come to the area that is asked about. The rest lie in the margin from which others may be bent
+            // into the area.
             let aside = BENDS * length(piece.along) + GRAINS as f64;
             let around = point::around([first, last.1], aside).expect("there are two");
             if !overlap(around, asked) {
@@ -222,7 +225,7 @@ impl Survey for Fluvial {
 }
 
 impl Fluvial {
-    /// The values of the blocks under some nodes, row by row.
+    /// Returns the values of the blocks under some nodes, row by row.
     fn sampled<T: Copy>(
         &self,
         first: [i64; 2],
@@ -255,12 +258,12 @@ impl Fluvial {
         values
     }
 
-    /// The number of levels of channels that may hold water.
+    /// Returns the number of levels of channels that may hold water.
     fn wet_levels(&self) -> u32 {
         (0..self.fields().levels()).take_while(|level| self.has_rivers(*level)).count() as u32
     }
 
-    /// What is seen of the land that is surveyed.
+    /// Returns the detail in which land is surveyed.
     fn surveyed(&self, sampling: Sampling) -> Detail {
         let Sampling { step, dry_brooks } = sampling;
         let levels = if dry_brooks { self.fields().levels() } else { self.wet_levels() };
@@ -281,7 +284,8 @@ impl Fluvial {
         let side = sampling.block();
         let area = Area::new(bx * side, by * side, side as usize, side as usize);
         let detail = self.surveyed(sampling);
-        // Those that may come to its nodes; what else lies around a page would only be looked at in vain.
+        // The area of the channels that may reach the block's nodes. The others around a page would be looked at in
+        // vain.
         let around = self.around(area, detail);
         let page_side = if dry_brooks { PAGE } else { WET_PAGE };
         let segments = if side * step <= page_side {

@@ -1,6 +1,7 @@
-//! What a stage of fluvial land says that it reads is all that it reads: anything else may be anything.
+//! Tests that each stage of fluvial land reads nothing beyond its declared input: everything else is replaced by
+//! poison.
 //!
-//! What is slow for its own sake, the same for more presets, is ignored but by `.ci/run`.
+//! Slow tests, which do the same for more presets, are marked `ignore` and run by `.ci/run` only.
 
 use std::collections::BTreeSet;
 
@@ -18,7 +19,7 @@ use survey::{RiverPiece, Survey};
 
 const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
 
-/// Far more than any stage reads.
+/// More vertices around an area than any stage reads.
 const WIDE: usize = 40;
 
 fn relief(name: &str) -> Fluvial {
@@ -30,7 +31,7 @@ fn seeded(name: &str, seed: u64) -> Fluvial {
     Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, seed, None)
 }
 
-/// Everything that is known before gullies and water, for far more than an area.
+/// All data before gullies and water, for an area much larger than `AREA`.
 struct Known {
     segments: Segments,
     nodes: Displaced,
@@ -42,7 +43,7 @@ fn known(fluvial: &Fluvial) -> Known {
     known_around(fluvial, AREA)
 }
 
-/// Metres above the lowest side up to which the next-best one is told, so many that no segment is left out.
+/// A limit for the rise to the next-lowest side, so high that no segment is left out.
 const ALL_M: f32 = 1e6;
 
 fn known_around(fluvial: &Fluvial, area: Area) -> Known {
@@ -54,7 +55,7 @@ fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     Known { segments, nodes, hillsides, valleys }
 }
 
-/// Fills all values of an area that are outside a part of it.
+/// Overwrites all values of an area that lie outside a part of it.
 fn poison<T: Copy>(values: &mut [T], area: Area, part: Area, with: T) {
     let places = area.vertices();
     for (value, (x, y)) in values.iter_mut().zip(places) {
@@ -64,7 +65,7 @@ fn poison<T: Copy>(values: &mut [T], area: Area, part: Area, with: T) {
     }
 }
 
-/// Poisons the warp outside the area that a stage reads of it, and all else outside what it reads of that.
+/// Poisons the warp outside `warp`, the area that a stage reads of it, and all other data outside `rest`.
 fn poisoned(known: Known, warp: Area, rest: Area) -> Known {
     let Known { segments, mut nodes, mut hillsides, mut valleys } = known;
     let wide = nodes.area;
@@ -92,7 +93,7 @@ fn no_other_segments_matter_elsewhere() {
     no_other_segments_matter_in(&["alps", "plains"]);
 }
 
-/// What lies further than the segments that are asked for, warp included, may be anything.
+/// Poisons all segments beyond those that are asked for, warp included.
 fn no_other_segments_matter_in(names: &[&str]) {
     for name in names {
         let fluvial = relief(name);
@@ -128,7 +129,7 @@ fn what_is_told_of_crests_does_not_depend_on_patches_elsewhere() {
     what_is_told_of_crests(|name| name != "archipelago");
 }
 
-/// What is left out of a patch is read by nobody: else land would have steps where patches meet.
+/// Segments are left out of a patch only if nothing reads them: otherwise the land would have steps between patches.
 fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
     for (name, text) in crate::preset::BUILT_IN.iter().filter(|(name, _)| is_tried(name)) {
         let mut preset = Preset::parse(name, text).unwrap();
@@ -178,7 +179,8 @@ fn gullies_read_their_input_alone_in(names: &[&str]) {
     }
 }
 
-/// From one facet of a hillside to the next directions jump, and the channel's height does: what is carved does not.
+/// From one facet of a hillside to the next, directions and the height of the channel jump, but the depth of gullies
+/// does not.
 #[test]
 fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let fluvial = relief("alps");
@@ -192,14 +194,14 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
     let step_m = |(x, y): (i64, i64)| {
         let [here, next] = [index(x, y), index(x + 1, y)];
-        // Below a crest they deepen fast, which breaks nothing.
+        // Below a crest gullies deepen fast, which is no break.
         let on_crest = valleys.crest_m[here].min(valleys.crest_m[next]) < 50.0;
         let carved_m = |at: usize| bare_m[at] - valleys.height_m[at];
         if on_crest { 0.0 } else { (carved_m(next) - carved_m(here)).abs() }
     };
     let places = (area.y0 + 16..area.y1 - 16).flat_map(|y| (area.x0 + 16..area.x1 - 16).map(move |x| (x, y)));
     let largest_m = places.map(step_m).fold(0.0, f32::max);
-    // All flanks at their steepest make a step of 7 m, where the fall line turns about twice as much; broken ones, 26 m.
+    // At most, intact gullies make a step of 7 m, where the fall line turns about twice as much; broken ones make 26 m.
     assert!(largest_m < 15.0, "a step of {largest_m} m");
 }
 
@@ -228,7 +230,7 @@ fn channels_stay_within_their_reach_elsewhere() {
     channels_stay_within_their_reach_in(&["alps", "plains"]);
 }
 
-/// All of a channel lies as near to its head's cell as is said to whoever looks for channels.
+/// All of a channel lies within the rectangle that is searched for its head.
 fn channels_stay_within_their_reach_in(names: &[&str]) {
     for name in names {
         let fluvial = relief(name);
@@ -251,7 +253,7 @@ fn channels_stay_within_their_reach_in(names: &[&str]) {
     }
 }
 
-/// The land is of the area alone, whatever else is made with it.
+/// The land depends on the area alone, whatever else is made with it.
 #[test]
 fn whole_patches_read_the_same_as_their_parts() {
     let fluvial = relief("alps");
@@ -259,7 +261,7 @@ fn whole_patches_read_the_same_as_their_parts() {
     assert_eq!(whole.heights.part(AREA), fluvial.land(AREA, &Clock::default()).heights);
 }
 
-/// The tributaries whose heads are in a square of so many vertices of the network's plane.
+/// Returns the tributaries whose heads lie in a square of `vertices` vertices of the network's plane.
 fn tributaries(fluvial: &Fluvial, vertices: i64) -> Vec<Arc<Channel>> {
     let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), fluvial.detail());
     let end = Point::at_vertex(vertices, vertices);
@@ -275,7 +277,7 @@ fn brooks_come_down_most_hillsides() {
         let finest = fluvial.fields.levels() - 1;
         let cells = (1024 * GRAINS / fluvial.fields.side(finest)).pow(2) as usize;
         let brooks = tributaries(&fluvial, 1024).iter().filter(|channel| channel.id.0 == finest).count();
-        // The others lie beside larger channels or on floors.
+        // The other cells lie beside larger channels or on floors.
         assert!(brooks * 100 > cells * 42, "{name}: {brooks} brooks begin in {cells} cells");
     }
 }
@@ -304,7 +306,7 @@ fn no_two_tributaries_of_a_level_run_side_by_side() {
 
 #[test]
 fn trunks_go_through_nodes_in_one_direction_and_do_not_cross() {
-    // In each of these worlds two once crossed right before the node where they meet, and others turned by up to 94
+    // Worlds that are hard to get right: trunks easily cross right before the node where they meet, or turn by up to 94
     // degrees at their nodes.
     for seed in [104, 111, 113, 119, 123, 128] {
         let fluvial = seeded("canyon", seed);
@@ -339,7 +341,7 @@ fn glaciers_leave_wide_floors_and_cirques() {
     let (high_m, low_m) = (1350.0, 500.0);
     let widened_m = (fields.trough(3, 0.01, high_m) - fields.trough(3, 0.01, low_m)) * fields.metres_a_grain();
     assert!(widened_m > 100.0, "{widened_m} m");
-    // Of valleys in which ice lay, the last quarter is the floor of a cirque, and that below a step.
+    // In a valley that held ice, the uppermost quarter is the floor of a cirque, and the quarter below it is a step.
     let (mut cirques, mut iced) = (0, 0);
     for channel in tributaries(&fluvial, 2048) {
         let knots = &channel.knots;
@@ -353,7 +355,7 @@ fn glaciers_leave_wide_floors_and_cirques() {
     assert!(iced > 10 && cirques * 2 > iced, "{cirques} cirques in {iced} valleys");
 }
 
-/// The segments of larger valleys around a tributary.
+/// Returns the segments of larger valleys around a tributary.
 fn larger(fluvial: &Fluvial, channel: &Channel) -> Segments {
     let [low, high] = channel.bounds();
     fluvial.network.segments(
@@ -412,7 +414,7 @@ fn trunks_on_wide_floors_meander() {
     let fluvial = relief("plains");
     let side = fluvial.fields.side(0);
     let corner = |x: i64, y: i64| Point { x: x * side, y: y * side };
-    // Windows of four meanders, and how much longer than straight the river is from one end to the other.
+    // Windows as long as four meanders, and the ratio of the river's length to the straight distance in each.
     let mut longer = Vec::new();
     fluvial.network.channels(0, [corner(-4, -4), corner(4, 4)], |trunk| {
         let window = 4.0 * 18.0 * 7.0 * GRAINS as f64;
@@ -444,7 +446,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
     let known = known_around(&fluvial, Area::new(corner.x / GRAINS, corner.y / GRAINS, 160, 160));
     let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
     for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
-        // Crests are rounded.
+        // Skip rounded crests.
         if known.valleys.crest_m[index] < fluvial.fields.settings().crest_m as f32 {
             continue;
         }
@@ -455,7 +457,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
         let mut bare = segment.clone();
         bare.terraces = 0;
         on_terraces += usize::from(segment.side_m(at, slope) > bare.side_m(at, slope) + 0.5);
-        // But for the little that all floors lean.
+        // All floors lean a little, which the tolerance allows.
         let off_m = known.valleys.height_m[index] as f64 - segment.side_m(at, slope);
         assert!((-0.02..0.2).contains(&off_m), "{off_m} m at {x}, {y}");
     }
@@ -464,7 +466,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
 
 #[test]
 fn the_coast_cuts_no_pits_into_the_land() {
-    // Here the potential has hollows that are hardly above the sea's, each around a few points of the lattice.
+    // In this world the potential has hollows hardly above that of the sea, each around a few points of the lattice.
     let fluvial = seeded("archipelago", 73002);
     for (x0, y0, side) in [(-10_824, -366, 24), (-10_713, -457, 96)] {
         let area = Area::new(x0, y0, side, side);
@@ -480,7 +482,8 @@ fn the_coast_cuts_no_pits_into_the_land() {
 
 #[test]
 fn springs_lie_on_the_ground_and_in_their_water() {
-    // Beside one, dry brooks are cut down to the coast; another lies on a bed so steep that the land beside it is lower.
+    // Beside the first spring, dry brooks are cut down to the coast; the second lies on a bed so steep that the land
+    // beside it is lower.
     for (preset, seed, [x, y], side) in [
         ("archipelago", 81002, [-777 * 256 + 1438, 4 * 256 + 1505], 80),
         ("alps", 101_001, [4321 * 256 + 1430, 765 * 256 + 149], 640),
@@ -508,7 +511,7 @@ fn springs_lie_on_the_ground_and_in_their_water() {
     }
 }
 
-/// A bed that the sea had taken goes on above it, and ends where it did.
+/// With a delta, a bed that would pass under the sea runs on above it, and ends in the same place.
 #[test]
 fn deltas_carry_rivers_on_above_the_sea() {
     for (name, side) in [("archipelago", 24), ("fjords", 32)] {
@@ -534,14 +537,15 @@ fn deltas_carry_rivers_on_above_the_sea() {
             longer += usize::from(more > 16.0);
             shorter += usize::from(more < -16.0);
         }
-        // A few come to the side of another one's valley where that falls from its delta, and cut in deeper.
+        // A few trunks join the side of another one's valley where that valley falls from its delta, and so cut in
+        // deeper.
         assert!(longer >= 8 && 20 * shorter <= longer, "{name}: {longer} longer and {shorter} shorter");
     }
 }
 
 #[test]
 fn bare_land_ends_without_steps_where_the_reach_of_its_channel_does() {
-    // Below a ridge a hillside falls to the coast on which there is no brook for more than a kilometre.
+    // Below a ridge, a hillside without a brook falls to the coast for more than a kilometre.
     let (_, preset) = Preset::load("archipelago").unwrap();
     let settings = preset.fluvial.unwrap();
     let fluvial = Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 151_002, None);
@@ -570,7 +574,7 @@ fn rills_furrow_some_hillsides_and_no_rivers() {
         let is_river = bare.water.as_ref().unwrap().kind.at(x, y) == WaterKind::River;
         assert!(!is_river || deeper_m(x, y).abs() < 0.5, "a river is {} m lower at {x},{y}", deeper_m(x, y));
     }
-    // On steep land, in squares as wide as a rill: some have a deep one, and some none.
+    // On steep land, squares as wide as a rill: some contain a deep rill, and some contain none.
     let (mut steep, mut deep, mut same) = (0, 0, 0);
     for corner in (0..16 * 16).map(|n| [area.x0 + 12 * (n % 16), area.y0 + 12 * (n / 16)]) {
         let square = Area::new(corner[0], corner[1], 12, 12);
@@ -623,7 +627,7 @@ fn meanders_do_not_cross_themselves_in_tight_bends() {
     }
 }
 
-/// Whoever asks for rivers block by block finds each piece in all blocks that it touches, and in no other form.
+/// Queries for rivers block by block find each piece in all blocks that it touches, always in the same form.
 #[test]
 fn pieces_of_rivers_are_the_same_in_every_area() {
     for name in ["alps", "archipelago"] {

@@ -1,4 +1,4 @@
-//! Tributaries: how they run along their courses, and how their beds rise.
+//! Tributaries: the lines that they follow around their straight courses, and the heights of their beds.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -18,26 +18,28 @@ use crate::hash::{self, Draw};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
 
-/// Share of its area that a tributary has at its head less than at its mouth: a head has a quarter of it, as much as
-/// the mouth of a tributary of the next level.
+/// Share of the area at its mouth by which a tributary's area is smaller at its head. The head has a quarter, as much
+/// as the mouth of a tributary of the next level.
 const AREA_FALL: f64 = 0.75;
 
-/// How far from the middle of its course channels are looked for that a tributary may be under: in lengths of the
-/// course, and in cells more.
+/// Radius around the middle of a tributary's course within which larger valleys are looked up, as a multiple of the sum
+/// of the course's length and the side of a cell.
 const NEAR: f64 = 1.5;
 
-/// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys: its end, then more
-/// closely towards where it comes from, as floors are flattest there.
+/// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys, besides the step's
+/// upper end. They are closer together towards the lower end, where floors are flattest.
 const PLACES: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.75];
 
-/// Metres by which a bed lies below the sides of larger valleys at least: so much is lost where these are rasters.
+/// Least depth in metres of a bed below the sides of larger valleys: as much as rasters of these sides may lose.
 const CUT_M: f64 = 0.05;
 
-/// Metres above the side of another valley from which on a bed counts as hanging in the air: more than what rasters lose.
+/// Height in metres above the side of another valley from which on a bed counts as hanging in the air: more than
+/// rasters lose.
 const HANGS_M: f64 = 1.0;
 
-/// How steep the parts of a glacier's valley are beside the law of rivers, from its mouth up: it hangs over the larger valley,
-/// which the larger glacier has cut deeper, and goes up in steps to the floor of its cirque. Together they rise as much.
+/// Slopes of the parts of a glacier's valley, from its mouth up, as multiples of a river's slope. The valley hangs over
+/// the larger one, which the larger glacier has cut deeper, and rises in steps to the floor of its cirque. The mean is
+/// 1, so that both rise as much.
 const STAIRS: [f64; 4] = [1.5, 0.7, 1.5, 0.3];
 
 /// The tributaries of a world.
@@ -49,11 +51,11 @@ pub struct Tributaries {
     free: Memory<ChannelId, Option<Arc<Channel>>>,
 }
 
-/// What is around a tributary: the segments of the levels above, and the straight courses of the others of its level,
-/// relative to the segments' origin.
+/// The surroundings of a tributary: the segments of the levels above, and the straight courses of other tributaries of
+/// its level, relative to the segments' origin.
 struct Surroundings {
     above: Above,
-    /// The middle of its course, and how long that is.
+    /// Middle of the tributary's course, and the course's length in grains.
     middle: [f64; 2],
     reach: f64,
     courses: Vec<LineSegment>,
@@ -63,18 +65,18 @@ struct Surroundings {
 #[derive(Clone, Copy)]
 struct LargerValleys<'a> {
     above: &'a Above,
-    /// The middle of the tributary's course, and within how many grains from there the side of a brook matters.
+    /// Middle of the tributary's course, and the radius in grains around it within which the side of a brook matters.
     middle: [f64; 2],
     brook: f64,
 }
 
 impl<'a> LargerValleys<'a> {
-    /// Their segments, but for those that do not matter, as what they have in common with others shows.
+    /// Returns the segments of the valleys, without the groups whose bounds show that they do not matter.
     fn which(self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
         self.above.beneath(self.middle, self.brook, may_matter)
     }
 
-    /// Those segments which may decide [how high a bed keeps](beside_m) somewhere in a circle.
+    /// Returns the segments that may decide [how high a bed keeps](beside_m) somewhere in a circle.
     fn nearly_above(self, circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
         let highest_m = Cell::new(f64::NEG_INFINITY);
         let may_be_higher = |bounds: &Bounds| {
@@ -86,14 +88,15 @@ impl<'a> LargerValleys<'a> {
                 highest_m.set(above_m);
             }
         });
-        // At every place in the circle it is that, at least.
+        // Nowhere in the circle is the height less than this.
         let least_m = highest_m.get() - beside.slope * circle.radius;
         let may_decide = |highest_m: f64, grains: f64| highest_m - beside.rise_m(grains) >= least_m;
         let may_matter = |bounds: &Bounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
         self.which(&may_matter).filter(|segment| may_decide(segment.highest_m(), circle.least(segment))).collect()
     }
 
-    /// Those segments whose sides may be below a height somewhere in a circle, where they rise so many metres a grain.
+    /// Returns the segments whose sides may be below a height somewhere in a circle, if hillsides rise `slope` metres a
+    /// grain.
     fn nearly_below(self, circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
         let may_matter = |bounds: &Bounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
         self.which(&may_matter)
@@ -103,12 +106,12 @@ impl<'a> LargerValleys<'a> {
 }
 
 impl Surroundings {
-    /// The larger valleys near it, where cells of its level are so wide.
+    /// Returns the larger valleys near the tributary, given the side of its level's cells.
     fn valleys(&self, cell: f64) -> LargerValleys<'_> {
         LargerValleys { above: &self.above, middle: self.middle, brook: NEAR * (self.reach + cell) }
     }
 
-    /// The lines that it must not cross, those of larger valleys among them.
+    /// Returns the lines that the tributary must not cross, those of larger valleys among them.
     fn lines(&self, valleys: LargerValleys) -> Vec<LineSegment> {
         let may_touch = |bounds: &Bounds| bounds.touches(self.middle, self.reach);
         let lines = self.courses.iter().copied().chain(valleys.which(&may_touch).map(Segment::line));
@@ -117,25 +120,26 @@ impl Surroundings {
 }
 
 impl Tributaries {
-    /// The tributaries of a world with these fields.
+    /// Creates the tributaries of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Tributaries {
         Tributaries { seed, courses: Courses::new(Arc::clone(&fields), seed), fields, free: Memory::new(24 << 20) }
     }
 
-    /// Its memories.
+    /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let own: &dyn Remembers = &self.free;
         [self.courses.memories(), vec![own]].concat()
     }
 
-    /// The cells of a level whose tributaries may touch a rectangle.
+    /// Returns the cells of a level whose tributaries may touch a rectangle.
     pub fn touching(&self, level: u32, rectangle: [Point; 2], above: &impl AsksAbove) -> Vec<ChannelId> {
         self.courses.touching(level, rectangle, above, false)
     }
 
-    /// The tributary whose head is in a cell, if there is one.
+    /// Returns the tributary whose head is in a cell, if there is one.
     pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
-        // Whether a dry bed lies on the ground nobody sees.
+        // Nobody sees whether a dry bed lies exactly on the ground, so it is not cut into the valleys of others of its
+        // level.
         if !self.fields.is_wet(most_area(id.0)) {
             return self.make_free(id, above);
         }
@@ -147,7 +151,7 @@ impl Tributaries {
         let others = self.touching(id.0, seen, above).into_iter().filter(|other| *other != id);
         let others = others.filter_map(|other| self.free(other, above)).filter(|other| overlap(other.bounds(), seen));
         let others: Vec<Arc<Channel>> = others.collect();
-        // Most have all of their water above it.
+        // Most others have all of their water above this bed, so they cannot lower it.
         let (_, highest_m) = bed_in(&channel.knots, origin);
         let may_be_lower = |other: &&Arc<Channel>| other.knots.iter().any(|knot| knot.level_m < highest_m);
         let segments = segments_of_all(&self.fields, others.iter().filter(may_be_lower), origin);
@@ -161,7 +165,7 @@ impl Tributaries {
         Some(Arc::new(measured(&self.fields, channel)))
     }
 
-    /// The tributary of a cell, but for what others of its level do to its bed, and without a lake on its way.
+    /// Returns the tributary of a cell before others of its level lower its bed, and without a lake on its way.
     fn free(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
         self.free.get(id, || self.make_free(id, above)).as_ref().clone()
     }
@@ -172,7 +176,7 @@ impl Tributaries {
         Some(Arc::new(measured(&self.fields, self.tributary(id, &course, &surroundings))))
     }
 
-    /// What is around a tributary that begins and ends at these points.
+    /// Returns the surroundings of a tributary with this shore and this head.
     fn surroundings(&self, id: ChannelId, [shore, head]: [Point; 2], above: &impl AsksAbove) -> Surroundings {
         let way = head.from(shore);
         let (middle, reach) = (shore.moved(way.map(|way| way / 2.0)), length(way));
@@ -182,13 +186,13 @@ impl Tributaries {
         let origin = above_here.origin;
         let others = self.courses.touching(id.0, around(reach), above, true).into_iter().filter(|other| *other != id);
         let courses = others.filter_map(|other| Some(self.courses.of(other, above)?.line(origin))).collect();
-        // The middle itself, which need not be a whole number of grains.
+        // The exact middle, which need not be a whole number of grains.
         let from = shore.from(origin);
         let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
         Surroundings { above: above_here, middle, reach, courses }
     }
 
-    /// A tributary along its course, before others of its level cut into its valley.
+    /// Makes a tributary along its course, before others of its level lower its bed.
     fn tributary(&self, id: ChannelId, course: &TributaryCourse, surroundings: &Surroundings) -> Channel {
         let (fields, level) = (&self.fields, id.0);
         let origin = surroundings.above.origin;
@@ -227,13 +231,14 @@ impl Tributaries {
         channel
     }
 
-    /// Whether a tributary of a cell has a lake if there is one, and room for its lake. Dry beds have none.
+    /// Tells whether the tributary of a cell has a lake, provided that the tributary and room for the lake exist. Dry
+    /// beds have none.
     pub fn may_have_lake(&self, (level, x, y): ChannelId) -> bool {
         let seed = hash::network_level(self.seed, level);
         self.fields.is_wet(most_area(level)) && chance(seed, (x, y), Draw::Lake, 0) < self.fields.settings().lakes
     }
 
-    /// Digs out the lake of a tributary that has one, given others of its level near it.
+    /// Digs the lake of a tributary that has one, given others of its level near it.
     fn dig_lake(&self, channel: &mut Channel, others: &[Arc<Channel>], above: &impl AsksAbove) {
         if !self.may_have_lake(channel.id) {
             return;
@@ -260,8 +265,8 @@ impl Tributaries {
         hollow.dig(fields, channel, is_own, least_m, others);
     }
 
-    /// Where a tributary goes, from its shore up, which is so far [from the origin, and from the shore to the head];
-    /// around it are the lines that it must not cross.
+    /// Returns the places of a tributary's winding line, from its shore up. `from` is the shore relative to the origin,
+    /// `way` leads from there to the head, and `around` has the lines that the tributary must not cross.
     fn wander(&self, level: u32, id: NodeId, [from, way]: [[f64; 2]; 2], around: &[LineSegment]) -> Vec<[f64; 2]> {
         let segments = self.fields.segments_a_channel(level);
         let straight: Vec<[f64; 2]> = (0..=segments)
@@ -273,19 +278,20 @@ impl Tributaries {
         let rooms = wander::rooms(&straight, around, most);
         let offsets: Vec<f64> = offsets.iter().zip(rooms).map(|(offset, room)| offset.clamp(-room, room)).collect();
         let wandered = wander::moved(&straight, &offsets);
-        // Of the finest, which are most of all, a segment is as short as what a cut would leave; of water corners show.
+        // Channels of the finest level, the most numerous by far, are not rounded: their segments are as short as cut
+        // corners would be. Of the others, those with water are rounded twice, because corners of water show.
         let times = match level + 1 == self.fields.levels() {
             true => 0,
             false => 1 + usize::from(self.fields.is_wet(most_area(level))),
         };
         let wandered = (0..times).fold(wandered, |places, _| wander::rounded(&places));
-        // Where the room was misjudged between two knots, the straight course is still there.
+        // If the room was misjudged between two knots, the straight course is used instead.
         let crosses = |line: &LineSegment| around.iter().any(|other| other.crosses(line));
         if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered }
     }
 
-    /// The knots of a tributary from its shore up, through places that are relative to an origin, given the segments of
-    /// larger valleys near it and the height to which a lake has filled its mouth.
+    /// Returns the knots of a tributary from its shore up, through places that are relative to an origin, given the
+    /// segments of larger valleys near it and the height to which a lake has filled its mouth.
     fn bed(
         &self,
         level: u32,
@@ -297,14 +303,14 @@ impl Tributaries {
     ) -> Vec<Knot> {
         let fields = &self.fields;
         let uplift = fields.uplift(origin.moved(places[places.len() - 1]));
-        // Metres from the shore up.
+        // Distances in metres from the shore up to each place.
         let mut way_m = vec![0.0];
         for pair in places.windows(2) {
             let step = length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
             way_m.push(way_m[way_m.len() - 1] + step * fields.metres_a_grain());
         }
         let segments = places.len() - 1;
-        // Where it comes to the larger valley, hillsides may be gentler.
+        // Near the larger valley hillsides may be gentler than at the head.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
         let side_slope = INCISION * hillside;
@@ -313,10 +319,10 @@ impl Tributaries {
         let filled_m = filled_m.max(coast_filled_m);
         let is_wet = fields.is_wet(most_area(level));
         let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
-        // The finest valleys are younger than the ice.
+        // The finest valleys are younger than the ice, so glaciers have not shaped them.
         let iced = if level + 1 < fields.levels() { fields.iced(shore.level_m) } else { 0.0 };
         let steepest = fields.settings().channel_slope * fields.hill_slope(uplift);
-        // What a river of the area half way along each step rises on it.
+        // The metres that a river with the area of each step's middle rises along the step.
         let rises_m: Vec<f64> = (1..=segments)
             .map(|step| {
                 let middle = f64::midpoint(way_m[step - 1] / way_m[segments], way_m[step] / way_m[segments]);
@@ -325,13 +331,13 @@ impl Tributaries {
                 (way_m[step] - way_m[step - 1]) * slope
             })
             .collect();
-        // Of what is near somewhere, that which may matter anywhere on its way.
+        // Of the segments nearby, only those are kept that may matter somewhere along the bed.
         let around = Circle::around(places);
         let above = near.nearly_above(&around, beside);
         let most_m = above.iter().map(|segment| segment.highest_m()).fold(filled_m.max(shore.level_m), f64::max);
         let most_m = most_m + rises_m.iter().sum::<f64>() + CUT_M;
         let near = near.nearly_below(&around, side_slope, most_m);
-        // From its head down, as the coast's height is told.
+        // Listed from the head down, as the function expects.
         let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), coast_filled_m);
         let mut knots = vec![shore];
         for step in 1..=segments {
@@ -340,11 +346,13 @@ impl Tributaries {
             let step_m = way_m[step] - way_m[step - 1];
             let rise_m = rises_m[step - 1];
             let below_m = knots[knots.len() - 1].level_m;
-            // Not so far below a larger channel beside it that this would lie on its side, and lose its water to it.
+            // The bed stays high enough that no larger channel beside it comes to lie on its side, and loses its water
+            // to it.
             let beside_m = beside_m(&above, here, beside);
             let free_m = beside_m.max(below_m + rise_m).max(filled_m);
-            // But it does not stand above the sides of larger valleys: those of lower water may be lower. Nor does it
-            // between two knots: the floor of a valley that is wider than the step is round, and the bed is straight.
+            // But the bed must not stand above the sides of larger valleys, and those of lower channels may be lower.
+            // This also holds between two knots: the bed is straight there, but the floor of a valley that is wider
+            // than the step is round.
             let mut ground_m = free_m;
             let step_grains = step_m / fields.metres_a_grain();
             let may_be_below = |segment: &&Segment| {
@@ -354,9 +362,11 @@ impl Tributaries {
                 }
             };
             let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
-            // What is dry has run out on a floor, and leaves no bed there, in no valley's side.
+            // A dry brook that reaches a larger valley's floor sinks in: it leaves no bed there, and cuts into no
+            // valley's side.
             let has_run_out = !is_wet && lower.iter().any(|segment| segment.has_on_floor(here));
-            // It cuts into the side of a larger valley, but not below what its own is filled to.
+            // The bed cuts into the side of a larger valley, but not below the height to which its own valley is
+            // filled.
             let side_below_m = |segment: &Segment, place: [f64; 2], most_m: f64| {
                 let cut_m = segment.side_below_m(place, side_slope, most_m)?;
                 let ground_m = match cut_m < filled_m {
@@ -369,20 +379,20 @@ impl Tributaries {
             for segment in &lower {
                 ground_m = side_below_m(segment, here, ground_m + CUT_M).map_or(ground_m, |side_m| side_m - CUT_M);
             }
-            // Between a steep bed and its side further down there may be no room: then the water of rivers comes first, and
-            // a dry brook has no valley there.
+            // Between a steep larger channel and its valley's side further down there may be no room for a bed. Then
+            // the larger channel keeps its water, and a dry brook has no valley there.
             if !is_wet {
                 ground_m = ground_m.max(beside_m);
             }
-            // Where the coast is lower than that, a dry brook begins only below.
+            // Where the coast is lower than that, a dry brook begins only further down.
             if !is_wet && step > 1 && coast_m[segments - step] < beside_m {
                 break;
             }
             let level_m = ground_m.min(coast_m[segments - step]);
-            // Across a lake or the floor of a larger valley it rises no more than that does, but always a little.
+            // Across a lake or the floor of a larger valley the bed rises no more than these do, but always a little.
             let least_m = |share: f64| step_m * share * LEAST_SLOPE.min(rise_m / step_m);
             let area_at = |t: f64| area(lerp([way_m[step - 1], step_m], t) / way_m[segments]);
-            // From the knot below up, which is this share of the step from here.
+            // The share of the step and the height of the last knot, at first that of the knot below.
             let mut from = (0.0, below_m);
             for t in PLACES.into_iter().filter(|_| is_wet) {
                 let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
@@ -406,7 +416,7 @@ impl Tributaries {
     }
 }
 
-/// The segments of some channels.
+/// Returns the segments of some channels.
 fn segments_of_all<'a>(
     fields: &Fields,
     channels: impl Iterator<Item = &'a Arc<Channel>>,
@@ -417,9 +427,9 @@ fn segments_of_all<'a>(
     segments
 }
 
-/// Lets a tributary begin below all places where its bed hangs in the air: other valleys are so much lower there that they
-/// have captured what comes from above. `lower` gives their segments whose sides, as steep as is told, may be below a height
-/// in a circle.
+/// Lets a tributary begin below all places where its bed hangs in the air: other valleys are so much lower there that
+/// they have captured the water from above. `lower` returns the other valleys' segments whose sides may be below a
+/// height in a circle, given the circle, the slope of the sides and the height.
 fn leave_to_captors<'a>(
     fields: &Fields,
     channel: &mut Channel,
@@ -436,11 +446,12 @@ fn leave_to_captors<'a>(
         others.iter().any(|segment| segment.side_below_m(at, hillside, knot.level_m - HANGS_M).is_some())
     };
     let captured = channel.knots.iter().rposition(hangs).map_or(0, |last| last + 1);
-    // A channel has two knots at least, and the lower is where it meets another.
+    // A channel keeps two knots at least, and the lower is where it meets another.
     channel.knots.drain(..captured.min(channel.knots.len() - 2));
 }
 
-/// How the sides of a bed rise, at least: so many metres a grain, beside a floor that is rounded so far.
+/// The gentlest sides that a bed may have: they rise `slope` metres a grain, beside a rounded floor of the half width
+/// `trough` in grains.
 #[derive(Clone, Copy)]
 struct Beside {
     slope: f64,
@@ -448,24 +459,24 @@ struct Beside {
 }
 
 impl Beside {
-    /// Metres that a side rises within so many grains.
+    /// Returns the metres that a side rises within some grains.
     fn rise_m(self, grains: f64) -> f64 {
         self.slope * rise(grains, 0.0, self.trough, 0.0)
     }
 
-    /// Metres above which it keeps at a place for one segment.
+    /// Returns the height in metres above which the bed keeps at a place because of one segment.
     fn above_m(self, segment: &Segment, at: [f64; 2]) -> f64 {
         let (t, square) = segment.nearest(at);
         lerp(segment.level_m, t) - self.rise_m(square.sqrt())
     }
 }
 
-/// Metres above which a bed with such sides keeps at a place, so that it does not take the water of larger channels beside
-/// it.
+/// Returns the height in metres above which a bed with such sides keeps at a place, so that it does not take the water
+/// of larger channels beside it.
 fn beside_m(near: &[&Segment], at: [f64; 2], beside: Beside) -> f64 {
     near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
         let above_m = beside.above_m(segment, at);
-        // Not `max`, which also asks for what is no number.
+        // Not `max`, which also checks for NaN.
         if above_m > most_m { above_m } else { most_m }
     })
 }

@@ -1,7 +1,8 @@
 //! The straight courses of tributaries: which cells of a level have one, and where it begins and ends.
 //!
-//! Straight lines to the nearest channel do not cross, nor do they cross channels; aslant they may. So each cell makes
-//! a draft with both ends, of which neighbours know nothing, and then takes one by what the drafts around it might do.
+//! Straight lines to the nearest channel cross neither each other nor any channel, but lines that run aslant may. So
+//! each cell first makes a draft with both ends, without looking at its neighbours. Then it chooses one of the ends, by
+//! all that the drafts around it might do.
 
 use std::sync::{Arc, OnceLock};
 
@@ -17,136 +18,143 @@ use crate::hash::{self, Draw};
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// Cells further than it may join one in which a head knows of channels, for what is beside its mouth.
+/// Cells by which the radius around a head within which channels are looked up exceeds the longest tributary, so that
+/// channels beside the mouth are found too.
 const BESIDE_CELLS: f64 = 0.5;
 
-/// Cells that lie between a head and the nearest channel at least: at the finest level, and more at each level above
-/// it. What begins nearer would be a short stub. Chosen by eye.
+/// Least length of a tributary's straight course, in cells of its level: at the finest level, and the addition for each
+/// level above it. A shorter tributary would be a stub. Chosen by eye.
 const LEAST_CELLS: (f64, f64) = (0.45, 0.12);
 
-/// How far downstream of the nearest point a tributary ends, as a share of the distance: at the finest level, and more
-/// at each level above it, up to a most.
+/// Distance from the point of a channel nearest to the head to the end of a tributary aslant, downstream along the
+/// channel, as a share of the distance from the head to the channel: at the finest level, the addition for each level
+/// above it, and the maximum.
 ///
 /// Longer and more slanting tributaries at the coarser levels make large basins longer than wide: Hack's law.
 const SLANT: (f64, f64, f64) = (0.7, 0.8, 3.5);
 
-/// Shares of that which are tried, the first first, until one ends so far before the end of its channel, as a share of
-/// the distance: there others end as well, and those that run to one place side by side are a fan. Chosen by eye.
+/// Shares of the slant that are tried in this order, until one leads to an end that fits. The end must lie upstream of
+/// the end of its channel by `ENDS_BEFORE`, as a share of the distance from the head: other tributaries end there as
+/// well, and lines that run side by side to one place would form a fan. Chosen by eye.
 const SLANT_SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 const ENDS_BEFORE: f64 = 0.4;
 
-/// How much further downstream than its fall line leads a tributary may end, as shares of the distance.
-/// Only where so many levels are finer: without the larger ones wide hillsides would be bare.
+/// Further places at which a tributary may end, downstream of the end of its fall line, as shares of the distance from
+/// the head. They are only tried at levels with at least `FURTHER_ABOVE` finer ones: without the large tributaries wide
+/// hillsides would be bare.
 const FURTHER: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
 const FURTHER_ABOVE: f64 = 2.0;
 
-/// How far from all channels a tributary that runs aslant keeps, as a share of the way to where it ends, and at how
-/// many places: one that comes nearer brushes past a bend of what it runs to, or along it, and in the world they would
-/// cross.
+/// Least distance of a tributary's line from all channels, as a share of the distance to its foot, and the number of
+/// places of the line at which this is checked. A line that comes nearer brushes past a bend of the channel that it
+/// joins, or runs along that channel, and in the world the two would cross.
 const GRAZES: f64 = 0.15;
 const GRAZES_AT: u32 = 16;
 
-/// How far a tributary is from a longer one of its level, in the mean of its ends, as a share of its length: one that runs
-/// closer to it gives way, and what drained to it comes to the other. Chosen by eye.
+/// Least distance of a tributary from a longer one of its level, as the mean of the distances of its two ends and as a
+/// share of its length. A tributary that runs closer gives way, and its land drains to the longer one. Chosen by eye.
 const NEEDLE: f64 = 0.15;
 
-/// How far from a draft's ways those may be that cross them or are [needles](NEEDLE) beside them, as a share of its length:
-/// one whose ends are that near in the mean is no longer than this allows.
+/// Search radius for other drafts that cross this one or are [needles](NEEDLE) beside it, as a share of this one's
+/// length. The formula follows from `NEEDLE`: no needle is further away, so none is missed.
 const BESIDE_WAYS: f64 = 2.0 * NEEDLE / (1.0 - 2.0 * NEEDLE);
 
-/// Cells a side of a [`Page`].
+/// Side of a [`Page`] in cells.
 const PAGE: i64 = 8;
 
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
 
-/// How steep a valley's side is, as a share of what it is further up, below which no dry brook begins: least, and more
-/// by chance. On a flood plain it would be a scratch that leads nowhere. Chosen by eye.
+/// Least slope of a valley's side at which a dry brook begins, as a share of the side's slope further up: the minimum
+/// and the addition by chance. On a flood plain a dry brook would be a scratch that leads nowhere. Chosen by eye.
 const FLAT: (f64, f64) = (0.25, 0.15);
 
-/// Vertices from the ends of a channel that nothing else joins it in: there others begin, and lines would cross by what
-/// is rounded.
+/// Distance in vertices from the ends of a channel within which nothing joins it: other channels begin there, and
+/// rounding could make lines cross.
 const CLEAR: f64 = 2.0;
 
-/// So many times that distance, at most, from one to the next of those whose fall lines lead to one place.
+/// Largest random distance, in multiples of [`CLEAR`], that is added between tributaries whose fall lines lead to one
+/// place.
 const APART: f64 = 8.0;
 
-/// How steep the land falls from a channel to the end of a tributary beside it at most, as a share of the hillside's slope:
-/// a little less than the [least](Fields::least_cross) that a valley's side rises.
+/// Largest slope at which the land falls from a channel to the end of a tributary beside it, as a share of the
+/// hillside's slope: a little less than the [least slope](Fields::least_cross) of a valley's side.
 const UNDER: f64 = 0.65;
 
-/// Metres by which a channel beside the end of a tributary may be too high for that.
+/// Tolerance in metres: a channel beside the end of a tributary may stand this much higher than [`UNDER`] allows.
 const BESIDE_M: f64 = 0.5;
 
-/// Share of a cell's side that its head keeps off each edge, and what is left between. Chosen by eye.
+/// Margin along each edge of a cell in which no head lies, as a share of the cell's side, and the share between the
+/// margins. Chosen by eye.
 const EDGE: f64 = 0.1;
 const INNER: f64 = 0.8;
 
-/// Grains from its head that a tributary of a level does not leave.
+/// Returns the radius in grains around its head that a tributary of a level never leaves.
 pub fn reach(fields: &Fields, level: u32) -> f64 {
     (1.0 + wander::MOST_ASIDE) * fields.longest_tributary(level) + into_sea()
 }
 
-/// Grains that a tributary is longer than its course where it runs on into the sea, at most.
+/// Returns the largest number of grains by which a tributary that runs on into the sea is longer than its course.
 fn into_sea() -> f64 {
     (INTO_SEA + 1.0) * GRAINS as f64
 }
 
-/// Grains around a head of a level in which channels matter to where it ends.
+/// Returns the radius in grains around a head of a level within which channels can decide where its tributary ends.
 fn known(fields: &Fields, level: u32) -> f64 {
     fields.longest_tributary(level) + BESIDE_CELLS * fields.side(level) as f64
 }
 
-/// Where a tributary ends if it runs straight to the nearest channel, and if it runs aslant.
+/// The end of a tributary's direct way, and that of its way aslant if it has one.
 type Ends = (TributaryEnd, Option<TributaryEnd>);
 
-/// Where a tributary begins, and where it ends if it runs straight to the nearest channel or if it runs aslant.
+/// A tributary's head with the ends of the ways that it may take, direct or aslant.
 #[derive(Debug)]
 struct Draft {
     cell: NodeId,
     head: Point,
     direct: TributaryEnd,
     aslant: Option<TributaryEnd>,
-    /// A rectangle that no channel along either leaves.
+    /// A rectangle that the channel stays in, whichever way it takes.
     bounds: [Point; 2],
 }
 
-/// Where a tributary begins and where it ends.
+/// The straight course of a tributary.
 #[derive(Clone, Copy, Debug)]
 pub struct TributaryCourse {
-    /// Where it begins.
+    /// The head, where the tributary begins.
     pub head: Point,
-    /// Where it ends.
+    /// The end of the course.
     pub end: TributaryEnd,
 }
 
-/// Where a tributary ends.
+/// The end of a tributary's course.
 #[derive(Clone, Copy, Debug)]
 pub struct TributaryEnd {
-    /// Where it comes to the channel, or ends in the sea.
+    /// The point at which the tributary meets its channel, or its last point in the sea.
     pub foot: Point,
-    /// Where its course ends; beyond it, it runs straight on to its foot in the sea.
+    /// The end of the course itself. A tributary that runs into the sea goes straight on from here to its foot.
     pub shore: Point,
-    /// Height of the water there in metres.
+    /// Height of the water at the shore in metres.
     pub level_m: f64,
-    /// What it runs into.
+    /// The channel or the sea that the tributary runs into.
     pub mouth: Mouth,
-    /// Height in metres of the lake in which it ends, and the lake's id.
+    /// Height in metres of the lake in which the tributary ends, and the lake's id.
     pub lake: Option<(f64, LakeId)>,
-    /// How steep its floor must rise there towards the channel that it comes to, upstream of where it does: metres a grain.
+    /// Least slope, in metres a grain, at which the tributary's floor must rise towards the channel that it joins:
+    /// upstream of the confluence that channel's bed is higher, and a flatter floor would lie below it.
     pub joined_slope: f64,
 }
 
-/// What is known of the tributaries of a square of cells, which are looked up together.
+/// The tributaries of a square of cells, which are cached together.
 #[derive(Debug)]
 struct Page {
     cells: Vec<PageCell>,
 }
 
-/// What is known of the tributary of a cell: what it takes long to find out only once somebody has asked.
+/// The tributary of a cell. Draft and course take long to compute, so they are only made when somebody first asks.
 #[derive(Debug)]
 struct PageCell {
-    /// Where it would begin, if there is land, unless chance wants none.
+    /// The head, whether or not there is land at it; `None` if chance leaves the cell without a tributary.
     head: Option<Point>,
     draft: OnceLock<Option<Draft>>,
     course: OnceLock<Option<TributaryCourse>>,
@@ -155,19 +163,19 @@ struct PageCell {
 heap_bytes!(PageCell);
 heap_bytes!(Page: cells);
 
-/// The id of the page that has a cell.
+/// Returns the id of the page that holds a cell.
 fn page_of((level, x, y): ChannelId) -> ChannelId {
     (level, x.div_euclid(PAGE), y.div_euclid(PAGE))
 }
 
 impl Page {
-    /// What is known of one of its cells.
+    /// Returns the entry of one of the page's cells.
     fn cell(&self, (_, x, y): ChannelId) -> &PageCell {
         &self.cells[(y.rem_euclid(PAGE) * PAGE + x.rem_euclid(PAGE)) as usize]
     }
 }
 
-/// What those around a draft know of it: the lines along its ways, from their feet up.
+/// A draft as its neighbours see it: the lines along its ways, each from the foot up.
 struct DraftLines {
     cell: NodeId,
     to_sea: bool,
@@ -198,24 +206,24 @@ impl DraftLines {
 }
 
 impl Draft {
-    /// The ends of its ways.
+    /// Returns the head and the feet of the draft's ways.
     fn points(&self) -> impl Iterator<Item = Point> {
         [self.head, self.direct.foot].into_iter().chain(self.aslant.map(|end| end.foot))
     }
 
-    /// The length in grains of the longer one of its ways.
+    /// Returns the length in grains of the longer way.
     fn longest(&self) -> f64 {
         self.points().map(|point| point.distance(self.head)).fold(0.0, f64::max)
     }
 
-    /// The least rectangle around its ways, and to all sides a share of its length more.
+    /// Returns the bounding box of the ways, widened to all sides by a share of the draft's length.
     fn around(&self, share: f64) -> [Point; 2] {
         point::around(self.points(), share * self.longest()).expect("a way has ends")
     }
 }
 
 impl TributaryCourse {
-    /// The line along it, from its foot up.
+    /// Returns the line along the course, from the foot up.
     pub fn line(&self, origin: Point) -> LineSegment {
         self.end.line(self.head, origin)
     }
@@ -227,27 +235,28 @@ impl TributaryEnd {
     }
 }
 
-/// The courses of a world's tributaries. What they join is asked of whoever asks for them.
+/// The courses of a world's tributaries. The channels that they join come from the caller, through [`AsksAbove`].
 #[derive(Debug)]
 pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
-    /// By the ids that their cells have in a lattice of pages.
+    /// The pages, by level, column and row in a lattice of pages.
     pages: Memory<ChannelId, Page>,
 }
 
 impl Courses {
-    /// The courses of a world with these fields.
+    /// Creates the courses of a world with these fields.
     pub fn new(fields: Arc<Fields>, seed: u64) -> Courses {
         Courses { seed, fields, pages: Memory::new(96 << 20) }
     }
 
-    /// Its memories.
+    /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.pages]
     }
 
-    /// The cells of a level whose tributaries may touch a rectangle, or whose courses may, which are straight.
+    /// Returns the cells of a level whose tributaries may touch a rectangle, or with `are_straight` those whose
+    /// straight courses may.
     pub fn touching(
         &self,
         level: u32,
@@ -260,7 +269,7 @@ impl Courses {
         cells
     }
 
-    /// Calls `take` with the drafts of those cells.
+    /// Calls `take` with the id and the draft of each cell that [`Courses::touching`] returns.
     fn drafts_touching(
         &self,
         level: u32,
@@ -281,8 +290,8 @@ impl Courses {
             let (_, x, y) = page_of(id);
             let cell = pages[((y - first[1]) * (last[0] - first[0] + 1) + x - first[0]) as usize].cell(id);
             let Some(head) = cell.head else { continue };
-            // Where heads are, and how far channels come off their ways, is known before where courses begin and end, and
-            // that long before how channels run.
+            // Cheap tests come first: heads and the largest offsets of channels are known without drafts, and drafts
+            // without the channels themselves.
             let comes = |aside: f64| {
                 let reach = (1.0 + aside) * longest + into_sea();
                 overlap([-reach, reach].map(|by| head.moved([by; 2])), rectangle)
@@ -297,7 +306,7 @@ impl Courses {
         }
     }
 
-    /// The page of an id.
+    /// Returns the page of an id.
     fn page(&self, page: ChannelId) -> Arc<Page> {
         self.pages.get(page, || {
             let (level, i, j) = page;
@@ -307,7 +316,7 @@ impl Courses {
         })
     }
 
-    /// Where the tributary of a cell begins and ends; `None` if there is none.
+    /// Returns the course of the tributary of a cell, or `None` if there is none.
     pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Option<TributaryCourse> {
         let page = self.page(page_of(id));
         let cell = page.cell(id);
@@ -331,7 +340,7 @@ impl Courses {
         *cell.course.get_or_init(course)
     }
 
-    /// Where the tributary of a cell begins and may end.
+    /// Returns the draft of the tributary of a cell, if there is one.
     fn draft<'a>(&self, id: ChannelId, cell: &'a PageCell, above: &impl AsksAbove) -> Option<&'a Draft> {
         let draft = || {
             let head = cell.head.filter(|head| self.fields.potential(*head) >= self.fields.sea_potential())?;
@@ -345,47 +354,48 @@ impl Courses {
         cell.draft.get_or_init(draft).as_ref()
     }
 
-    /// How far a channel of a cell may come off its way, as a share of that.
+    /// Returns the largest distance of a cell's channel from its straight course, as a share of the course's length.
     fn most_aside(&self, (level, x, y): ChannelId) -> f64 {
         wander::most_aside(hash::network_level(self.seed, level), (x, y), self.fields.segments_a_channel(level))
     }
 
-    /// Where the tributary of a cell would begin, if there is land, unless chance wants none.
+    /// Returns the point at which the tributary of a cell begins if there is land, or `None` if chance leaves the cell
+    /// out.
     fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
         let (side, seed) = (self.fields.side(level), hash::network_level(self.seed, level));
         if chance(seed, (x, y), Draw::Choice, 0) < LEFT_OUT {
             return None;
         }
-        // Not at the edge of its cell, so that heads of neighbours keep apart.
+        // The head keeps off the edges of its cell, so that heads of neighbouring cells stay apart.
         let corner = Point { x: x * side, y: y * side };
         Some(corner.moved([0, 1].map(|axis| (EDGE + INNER * chance(seed, (x, y), Draw::Head, axis)) * side as f64)))
     }
 
-    /// Where the tributary of a cell may end, given the segments of the levels above around its head.
+    /// Returns the possible ends of the tributary of a cell, given the segments of the levels above around its head.
     fn ends(&self, level: u32, id: NodeId, head: Point, above: &Above, asker: &impl AsksAbove) -> Option<Ends> {
         let fields = &self.fields;
         let origin = above.origin;
         let from = head.from(origin);
-        // At the nearest channel, or at the coast if that is nearer.
+        // The tributary ends at the coast if that is nearer than every channel.
         let nearest = if fields.has_sea() { above.nearest(from, known(fields, level)) } else { None };
         let nearest = nearest.map_or(f64::INFINITY, |(square, _)| square.sqrt());
         let most = fields.longest_tributary(level);
         if let Some(direct) = self.sea_end(level, head, nearest.min(most), above) {
-            // A head on the shore itself has no way to go.
+            // A head on the shore itself leaves no room for a course.
             let has_way = head.distance(direct.shore) >= CLEAR * GRAINS as f64;
             return has_way.then_some((direct, None));
         }
         let at_channel = self.ends_at_channel(level, id, head, above, asker);
-        // Where no channel can be come to the coast may, also if it is further: else a shore between mouths would be
-        // the bare side of far valleys.
+        // If no channel can be reached, the tributary runs to the coast, even if that is further than a channel.
+        // Otherwise the shore between two mouths would be the bare side of a distant valley.
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
         at_channel.or_else(|| Some((self.sea_end(level, head, most, above).filter(is_clear)?, None)))
     }
 
-    /// Where a tributary of a level ends in the sea, if the coast is no further from its head than `most` grains.
+    /// Returns the end in the sea of a level's tributary, if the coast is at most `most` grains from its head.
     fn sea_end(&self, level: u32, head: Point, most: f64, above: &Above) -> Option<TributaryEnd> {
         let [shore, beyond] = self.fields.coast_near(head, most)?;
-        // On into the sea where no channel is in the way.
+        // The tributary runs on into the sea, unless a channel is in the way.
         let line = LineSegment { from: beyond.from(above.origin), along: head.from(beyond) };
         let crosses = |segment: &Segment| segment.line().crosses(&line);
         let foot = if beside(above, &line, 0.0).any(crosses) { shore } else { beyond };
@@ -399,7 +409,7 @@ impl Courses {
         })
     }
 
-    /// Where the tributary of a cell may end if it runs to a channel.
+    /// Returns the possible ends of the tributary of a cell if it runs to a channel.
     fn ends_at_channel(
         &self,
         level: u32,
@@ -423,8 +433,9 @@ impl Courses {
         if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
             return None;
         }
-        // Not to the nearest channel but to the one whose valley it lies in, and down the fall line of its side. Where a
-        // nearer one is in the way, which comes to it on the floor of a lake, to that.
+        // The tributary runs down the fall line to the channel whose valley holds the head, which need not be the
+        // nearest channel. If no end fits there, the nearest channel is tried: it may be in the way where it joins the
+        // other on the floor of a lake.
         let to = |beside: Near| {
             let channel = asker.channel(beside.channel)?;
             self.ends_at(level, id, (head, head_m), (&channel, beside.segment), above)
@@ -435,7 +446,7 @@ impl Courses {
         })
     }
 
-    /// Where the tributary of a cell, whose head is so high, may end if it runs to the channel of a segment.
+    /// Returns the possible ends of the tributary of a cell at the channel of a segment, given the head and its height.
     fn ends_at(
         &self,
         level: u32,
@@ -447,21 +458,22 @@ impl Courses {
         let (fields, cell) = (&self.fields, self.fields.side(level));
         let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
         let origin = above.origin;
-        // By how many levels there is room for finer ones in between.
+        // The number of finer levels, for whose channels there must be room in between.
         let finer = (fields.levels() - 1 - level) as f64;
         let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
         let most = fields.longest_tributary(level);
         let (t, square) = segment.nearest(head.from(origin));
         let distance = square.sqrt();
         let shift = distance * segment.bed_slope().max(0.0) / (hill_slope * segment.gentlest_cross());
-        // Where a bed becomes flat, as at a lake, the fall lines of many heads meet: they join one below the other.
+        // At the end of a segment, as where a bed becomes flat at a lake, the fall lines of many heads meet. Random
+        // shifts make these tributaries join one below the other.
         let luck = || chance(hash::network_level(self.seed, level), id, Draw::Foot, 0);
         let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * luck() } else { 0.0 };
         let shift = shift + apart * CLEAR * GRAINS as f64;
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
         let end = |place: ChannelPlace| {
             let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
-            // What it joins is higher upstream, and may lie beside its own floor there.
+            // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
             let trough = fields.trough(level, most_area(level), level_m);
             let line = LineSegment { from: [0.0; 2], along: head.from(foot) };
             let upstream = channel.knots[..=place.0].iter();
@@ -471,7 +483,7 @@ impl Courses {
             let lake = channel.lake.filter(|_| level_m < pool_m).map(|id| (pool_m, id));
             TributaryEnd { foot, shore: foot, level_m, mouth: Mouth::Channel(channel.id), lake, joined_slope }
         };
-        // Only where the land is higher than its end all the way: the coast may be lower.
+        // All along the way the coast must leave room for a bed that is higher than the end.
         let falls = |end: &TributaryEnd| {
             let places = fields.segments_a_channel(level);
             let way = head.from(end.foot).map(|part| part / places as f64);
@@ -479,11 +491,11 @@ impl Courses {
             let filled_m = fields.filled_m(level);
             !fields.has_sea() || places.all(|at| fields.below_coast_m(at, filled_m) > end.level_m)
         };
-        // Nor does it end under a steep channel beside it, whose water it would take.
+        // The tributary must not end below a steep channel beside it, whose water it would capture.
         let (from, within) = (head.from(origin), known(fields, level));
         let is_free = |end: &TributaryEnd| {
             let (foot, steep) = (end.foot.from(origin), hill_slope * UNDER);
-            // How far off a channel that is so high must be.
+            // The least distance in grains to a channel of this height.
             let away = |level_m: f64| (level_m - end.level_m - BESIDE_M) / steep;
             let may_be_steep = |bounds: &Bounds| {
                 let away = away(bounds.level_m[1]);
@@ -523,7 +535,7 @@ impl Courses {
             Some(end(place)).filter(fits)
         };
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
-        // Where the fall line leads is the best end; where that is taken, one further down is better than no valley.
+        // The end of the fall line is best. If it does not fit, an end further downstream is better than no valley.
         let first = [shift, apart * CLEAR * GRAINS as f64].into_iter();
         let further = FURTHER.into_iter().filter(|_| finer >= FURTHER_ABOVE).map(|share| shift + share * distance);
         let direct = first.chain(further).find_map(|shift| at(shift, 0.0).filter(is_clear))?;
@@ -534,11 +546,11 @@ impl Courses {
     }
 }
 
-/// The way that a tributary takes, given the drafts around it; `None` if it has to give way.
+/// Chooses the way that a tributary takes, given the drafts around it; `None` if the tributary has to give way.
 fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Way> {
     let DraftLines { direct, .. } = draft;
-    // Lines to the valleys that heads lie in hardly ever cross, but slopes differ from head to head. Those to the coast
-    // may cross any, and give way to all but each other.
+    // Lines down the fall line hardly ever cross, but they may, as slopes differ from head to head. Lines to the coast
+    // may cross any others; they give way to all lines but those to the coast.
     let gives_way = |other: &DraftLines| {
         let stays = if draft.to_sea == other.to_sea { other.cell < draft.cell } else { draft.to_sea };
         let is_shorter = (length(direct.along), draft.cell) < (length(other.direct.along), other.cell);
@@ -548,19 +560,19 @@ fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Way> {
         return None;
     }
     let Some(aslant) = &draft.aslant else { return Some(Way::Direct) };
-    // Whichever end the others take: so it does not matter who takes first.
+    // All ways of the others count, whichever they take. So the order in which drafts choose does not matter.
     let meets = |other: &LineSegment| other.crosses(aslant) || is_needle(aslant, other) || is_needle(other, aslant);
     Some(if others.iter().any(|other| other.all().any(meets)) { Way::Direct } else { Way::Aslant })
 }
 
-/// Whether a line runs so close to another, longer one that the land between them would be a needle.
+/// Tells whether a line runs so close to another, longer one that the land between them would be a needle.
 fn is_needle(line: &LineSegment, longer: &LineSegment) -> bool {
     let head = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
     let apart = f64::midpoint(longer.distance(line.from), longer.distance(head));
     apart < NEEDLE * length(line.along)
 }
 
-/// The segments that may come so near to a line, as a share of its length.
+/// Returns the segments that may come within a share of a line's length of the line.
 fn beside<'a>(above: &'a Above, line: &LineSegment, share: f64) -> impl Iterator<Item = &'a Segment> {
     let apart = share * length(line.along);
     let to = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
@@ -569,21 +581,22 @@ fn beside<'a>(above: &'a Above, line: &LineSegment, share: f64) -> impl Iterator
     above.overlapping([low, high])
 }
 
-/// Whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
+/// Tells whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
 fn is_clear(line: &LineSegment, above: &Above) -> bool {
     !beside(above, line, GRAZES).any(|segment| segment.line().crosses(line) || grazes(line, segment))
 }
 
-/// Whether a line comes near to a segment: from its foot up it may as near as it is far from its foot, by a share.
+/// Tells whether a line comes too near to a segment: nearer than `GRAZES` times the distance to the foot, measured
+/// along the line.
 fn grazes(line: &LineSegment, segment: &Segment) -> bool {
     let square = dot(line.along, line.along);
-    // The shares of the line beside which the segment lies: what is beside none of its places is not near to it.
+    // The steps of the line beside which the segment lies. At all other steps the segment is not near.
     let beside = [0.0, 1.0].map(|end| {
         let off = [0, 1].map(|axis| segment.from[axis] + segment.along[axis] * end - line.from[axis]);
         dot(off, line.along) / square.max(1.0) * f64::from(GRAZES_AT)
     });
     let [first, last] = [beside[0].min(beside[1]) / (1.0 + GRAZES), beside[0].max(beside[1]) / (1.0 - GRAZES)];
-    // Closer together near its foot, where a bend may come back to it.
+    // Near the foot the steps are closer together, as a bend of the joined channel may come back to the line there.
     let steps = [0.25, 0.5].into_iter().chain((first.max(1.0) as u32..=GRAZES_AT).map(f64::from));
     steps.take_while(|step| *step <= last).any(|step| {
         let share = step / f64::from(GRAZES_AT);
@@ -592,8 +605,8 @@ fn grazes(line: &LineSegment, segment: &Segment) -> bool {
     })
 }
 
-/// How steep a segment's side is at a share of it and the square of a distance from it, as a share of what it is further
-/// up.
+/// Returns the slope of a segment's side, at a share of the segment and the square of a distance from it, as a share of
+/// the side's slope further up.
 fn steepness(segment: &Segment, t: f64, square: f64) -> f64 {
     let at = |grains: f64| rise(grains, lerp(segment.river, t), lerp(segment.trough, t), lerp(segment.lean, t));
     let distance = square.sqrt();

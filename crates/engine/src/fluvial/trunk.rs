@@ -1,13 +1,13 @@
 //! The trunks: the largest rivers, on a coarse lattice of jittered nodes.
 //!
-//! A node drains to the lowest of its eight neighbours by a smooth potential. A node that has no lower neighbour is a
-//! sink: the sea where the potential is below the sea's, otherwise an inland basin. In each of a few rounds every
-//! inland basin spills over the lowest pass of its rim into its neighbour, unless that one spills back and has the
-//! higher sink; what is left after the last round drains into a lake without outlet.
+//! A node drains to the lowest of its eight neighbours by a smooth potential. A node without a lower neighbour is a
+//! sink: in the sea where its potential is below the sea's, otherwise in an inland basin. In each of a few rounds,
+//! every inland basin spills over the lowest pass of its rim into the neighbouring basin, unless that basin spills back
+//! and has the higher sink. Basins left after the last round drain into a lake without outlet.
 //!
-//! Each answer is a pure function of the node: links are followed until they end, basins are flooded until they are
-//! whole. What that takes is remembered: of nodes in patches, and of basins by their sinks. Whoever asks about many nodes
-//! has a [`Look`], with what it was told last at hand.
+//! Each answer is a pure function of the node: links are followed until they end, and basins are flooded until they are
+//! whole. The results are cached: nodes in patches, and basins by their sinks. Code that asks about many nodes uses a
+//! [`Look`], which keeps the patches and the basin that it read last.
 //!
 //! Based on: G. Cordonnier, B. Bovy, J. Braun, A versatile, linear complexity algorithm for flow routing in
 //! topographies with depressions, 2019 (basins joined over their passes).
@@ -23,35 +23,34 @@ use crate::memory::{Memory, Remembers, heap_bytes};
 /// A node of the trunk lattice: column and row.
 pub type NodeId = (i64, i64);
 
-/// Rounds in which inland basins spill into their neighbours: two leave a few lakes without outlet, as there are on
-/// Earth.
+/// Rounds in which inland basins spill into their neighbours. Two rounds leave a few lakes without outlet, as there are
+/// on Earth.
 const SPILL_ROUNDS: usize = 2;
 
-/// A basin that has more nodes spills nowhere, so that a flood always ends.
+/// Most nodes of a basin that still spills. The bound makes sure that every flood ends.
 const MOST_NODES: usize = 4096;
 
-/// Nodes a side of a patch: what is looked up together.
+/// Nodes a side of a patch. The nodes of a patch are looked up and cached together.
 const PATCH: i64 = 16;
 
-/// Patches a side of those that a look has at hand: most basins lie within them.
+/// Patches a side of the square of patches that a [`Look`] holds: most basins lie within it.
 const AT_HAND: i64 = 8;
 
-/// How far a node may stand from the middle of its cell, as a share of the cell's side. Edges to neighbours cannot
-/// cross below a quarter, but for the two diagonals of a square of nodes.
+/// Greatest distance of a node from the middle of its cell along each axis, as a share of the cell's side. Below a
+/// quarter, no edges between neighbours can cross, except the two diagonals of a square of nodes.
 const JITTER: f64 = 0.24;
 
-/// How steep a bed is at least where larger valleys or the coast keep it low: 40 cm in a kilometre, as large rivers
-/// have.
+/// Least slope of a bed where larger valleys or the coast keep it low: 40 cm in a kilometre, as large rivers have.
 pub(super) const LEAST_SLOPE: f64 = 0.0004;
 
-/// What is known of a node before any water flows.
+/// A node before any water flows.
 #[derive(Clone, Copy, Debug)]
 pub struct TrunkNode {
-    /// Where it stands.
+    /// The place of the node.
     pub at: Point,
-    /// Its potential: water flows from high to low.
+    /// Potential of the node: water flows from high to low.
     pub potential: f64,
-    /// Whether it stood in the sea at its lowstand.
+    /// True if the node was in the sea at the lowstand.
     pub sea: bool,
 }
 
@@ -61,34 +60,35 @@ pub struct Basin {
     nodes: Vec<(NodeId, Drained)>,
 }
 
-/// The least potential on the way from each node of a basin to the next, where it does not come to the sea.
+/// For each node of a basin, the least potential on its way to the next node, as far as the way is on land.
 type Ways = Vec<f64>;
 
-/// A node as its basin drains it.
+/// A node with the drainage of its basin.
 #[derive(Clone, Copy, Debug)]
 pub struct Drained {
-    /// Where its water goes; `None` for the sink of the basin.
+    /// The next node downstream; `None` for the sink of the basin.
     pub to: Option<NodeId>,
-    /// The share of the way there at which it comes to the sea, if it does: it goes no further, though land may follow.
+    /// Share of the way to the next node at which it first meets the sea, if it does. The river ends there, though land
+    /// may follow.
     pub sea_at: Option<f64>,
-    /// Of the nodes that drain to it, the one with the most area: the river's own upper course.
+    /// The node with the most area of those that drain to this one: the river's own upper course.
     pub main: Option<NodeId>,
-    /// Cells of the trunk lattice that drain through it, its own among them.
+    /// Number of cells of the trunk lattice that drain through the node, its own included.
     pub area: u32,
     /// Height of the valley's floor in metres.
     pub level_m: f64,
-    /// Whether a lake may lie on the way there, or at the sink.
+    /// True if a lake may lie on the way to the next node, or at the sink.
     pub lake: bool,
 }
 
-/// How high a node lies; of equal ones the id decides.
+/// Potential and id of a node, in the order of heights: the id decides between equal potentials.
 type Height = (f64, NodeId);
 
 #[derive(Debug)]
 struct Spill {
-    /// The pass: a node of the basin, and the one beyond the rim.
+    /// The pass: a node of the basin, and its neighbour beyond the rim. `None` if the basin does not spill.
     pass: Option<(NodeId, NodeId)>,
-    /// The nodes from the pass to the sink, whose links turn around if the basin spills.
+    /// The nodes from the pass to the sink. Their links turn around if the basin spills.
     path: Vec<NodeId>,
 }
 
@@ -105,17 +105,17 @@ type PatchId = (i64, i64);
 pub struct Trunks {
     seed: u64,
     fields: Arc<Fields>,
-    /// How often a way to the shore is halved.
+    /// Number of halvings by which the place is found where a way meets the shore.
     halvings: u32,
     nodes: Memory<PatchId, Vec<TrunkNode>>,
-    /// To which of its neighbours the water of each node of a patch goes after some rounds of spilling.
+    /// The links of the nodes of a patch after some rounds of spilling: which of its neighbours each node drains to.
     links: Memory<(usize, PatchId), Vec<u8>>,
     rims: Memory<(usize, NodeId), Spill>,
     spills: Memory<(usize, NodeId), Spill>,
     basins: Memory<NodeId, Basin>,
 }
 
-/// A look at the trunk lattice.
+/// A reader of the trunk lattice for code that asks about many nodes: it keeps what it read last.
 pub struct Look<'a> {
     trunks: &'a Trunks,
     fields: &'a Fields,
@@ -124,7 +124,7 @@ pub struct Look<'a> {
     basin: RefCell<Option<(NodeId, Arc<Basin>)>>,
 }
 
-/// Patches that are at hand, each in the place that its id gives it among them.
+/// A cache of patches in which each patch id has a fixed slot.
 struct Hand<T>(RefCell<Vec<Option<Held<T>>>>);
 
 type Held<T> = (PatchId, Arc<Vec<T>>);
@@ -134,7 +134,7 @@ impl<T: Copy> Hand<T> {
         Hand(RefCell::new(Vec::new()))
     }
 
-    /// What a node's patch says of it, given how to get the patch.
+    /// Returns the value of a node. `get` fetches the node's patch if it is not in the cache.
     fn of(&self, id: NodeId, get: impl FnOnce(PatchId) -> Arc<Vec<T>>) -> T {
         let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
         let place = (patch.1.rem_euclid(AT_HAND) * AT_HAND + patch.0.rem_euclid(AT_HAND)) as usize;
@@ -144,7 +144,7 @@ impl<T: Copy> Hand<T> {
         {
             return values[node];
         }
-        // To get one may ask for others.
+        // No borrow is held here: fetching a patch may ask this cache for others.
         let values = get(patch);
         let value = values[node];
         let mut held = self.0.borrow_mut();
@@ -154,13 +154,14 @@ impl<T: Copy> Hand<T> {
     }
 }
 
-/// The nodes of a patch, row by row.
+/// Returns the ids of the nodes of a patch, row by row.
 fn nodes_of((column, row): PatchId) -> impl Iterator<Item = NodeId> {
     (0..PATCH * PATCH).map(move |n| (column * PATCH + n % PATCH, row * PATCH + n / PATCH))
 }
 
 impl Trunks {
-    /// The trunk lattice of a world with these fields; from so far that its cells are not seen, or nearer.
+    /// Makes the trunk lattice of a world with these fields. With `is_far`, its cells are too small to be seen, and
+    /// shores are found less precisely.
     pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> Trunks {
         Trunks {
             seed,
@@ -174,23 +175,23 @@ impl Trunks {
         }
     }
 
-    /// Its memories.
+    /// Returns the caches of the lattice.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.nodes, &self.links, &self.rims, &self.spills, &self.basins]
     }
 
-    /// A look at the lattice, for whoever asks about many nodes.
+    /// Returns a reader of the lattice, for code that asks about many nodes.
     pub fn look(&self) -> Look<'_> {
         let links = std::array::from_fn(|_| Hand::new());
         Look { trunks: self, fields: &self.fields, nodes: Hand::new(), links, basin: RefCell::new(None) }
     }
 
-    /// The node of an id.
+    /// Returns the node of an id.
     pub fn node(&self, id: NodeId) -> TrunkNode {
         self.look().node(id)
     }
 
-    /// The basin of a node, and where its water goes.
+    /// Returns a node as its basin drains it.
     pub fn drained(&self, id: NodeId) -> Drained {
         self.look().drained(id)
     }
@@ -209,12 +210,12 @@ impl Trunks {
 }
 
 impl Look<'_> {
-    /// The node of an id.
+    /// Returns the node of an id.
     pub fn node(&self, id: NodeId) -> TrunkNode {
         self.nodes.of(id, |patch| self.trunks.nodes.get(patch, || self.trunks.make_nodes(patch)))
     }
 
-    /// The basin of a node, and where its water goes.
+    /// Returns a node as its basin drains it.
     pub fn drained(&self, id: NodeId) -> Drained {
         let sink = self.root(SPILL_ROUNDS, id);
         if let Some((own, basin)) = &*self.basin.borrow()
@@ -228,14 +229,14 @@ impl Look<'_> {
         drained
     }
 
-    /// Where the water of a node goes after some rounds of spilling.
+    /// Returns the next node downstream after some rounds of spilling.
     fn receiver(&self, rounds: usize, id: NodeId) -> Option<NodeId> {
         let get = |patch| self.trunks.links.get((rounds, patch), || self.links(rounds, patch));
         let (dx, dy) = AROUND.get(usize::from(self.links[rounds].of(id, get)))?;
         Some((id.0 + dx, id.1 + dy))
     }
 
-    /// The links of the nodes of a patch: numbers of neighbours, and one more for a sink.
+    /// Makes the links of the nodes of a patch: the neighbour's index in `AROUND`, or its length for a sink.
     fn links(&self, rounds: usize, patch: PatchId) -> Vec<u8> {
         let link = |id: NodeId, to: Option<NodeId>| {
             let place = to.and_then(|to| neighbours(id).position(|other| other == to));
@@ -244,7 +245,7 @@ impl Look<'_> {
         if rounds == 0 {
             return nodes_of(patch).map(|id| link(id, self.lowest_neighbour(id))).collect();
         }
-        // From here on only earlier rounds are asked for: a memory must not be asked for what it is making.
+        // From here on only earlier rounds are read: a cache must not be asked for the entry that it is computing.
         let before = rounds - 1;
         let mut last: Option<(NodeId, Arc<Spill>)> = None;
         let spilt = |id: NodeId| {
@@ -253,7 +254,7 @@ impl Look<'_> {
                 Some((_, spill)) => spill,
                 None => self.spill(before, sink),
             };
-            // On the way from the pass to the sink the links turn around; at the pass the water leaves the basin.
+            // On the path from the pass to the sink the links turn around; at the pass the water leaves the basin.
             let to = match spill.path.iter().position(|node| *node == id) {
                 Some(0) => spill.pass.map(|(_, beyond)| beyond),
                 Some(place) => Some(spill.path[place - 1]),
@@ -267,19 +268,19 @@ impl Look<'_> {
 
     fn lowest_neighbour(&self, id: NodeId) -> Option<NodeId> {
         let here = self.node(id);
-        // Each node at sea is a sink of its own: no water is led along the sea's floor.
+        // Each node at sea is a sink of its own: no river runs along the sea's floor.
         if here.sea {
             return None;
         }
         let height = |id: NodeId| (self.node(id).potential, id);
-        // Equal potentials are told apart by id: so links always lead down, and never in a circle.
+        // Ids decide between equal potentials, so links always lead down and never form a cycle.
         let lowest = neighbours(id).map(height).min_by(|a, b| a.partial_cmp(b).expect("potentials are numbers"))?;
         (lowest < (here.potential, id)).then_some(lowest.1)
     }
 
-    /// The sink that a node's water reaches after some rounds of spilling.
+    /// Returns the sink to which a node drains after some rounds of spilling.
     fn root(&self, rounds: usize, id: NodeId) -> NodeId {
-        // In a loop and not by calling itself: rivers may be longer than the stack is deep.
+        // A loop instead of recursion: rivers may be longer than the stack is deep.
         let mut root = id;
         while let Some(next) = self.receiver(rounds, root) {
             root = next;
@@ -287,20 +288,21 @@ impl Look<'_> {
         root
     }
 
-    /// All nodes that drain to a sink after some rounds, found upstream from it: each after the one that it drains to.
+    /// Returns all nodes that drain to a sink after some rounds of spilling. Each node follows the one that it drains
+    /// to.
     fn flood(&self, rounds: usize, sink: NodeId) -> Vec<NodeId> {
         let mut nodes = vec![sink];
         let mut next = 0;
         while next < nodes.len() {
             let id = nodes[next];
             next += 1;
-            // Links lead downstream only, so all around are asked whether theirs leads here.
+            // Links only lead downstream, so each neighbour is asked if its link leads here.
             nodes.extend(neighbours(id).filter(|other| self.receiver(rounds, *other) == Some(id)));
         }
         nodes
     }
 
-    /// The lowest pass of a basin's rim and the path from there to its sink.
+    /// Returns the lowest pass of a basin's rim, and the path from the pass to the sink.
     fn rim(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
         self.trunks.rims.get((rounds, sink), || {
             let nodes = self.flood(rounds, sink);
@@ -310,7 +312,7 @@ impl Look<'_> {
             let height = |id: NodeId| (self.node(id).potential, id);
             let mut inside = nodes.clone();
             inside.sort_unstable();
-            // The lowest edge out of the basin, by its higher end and then by its lower one.
+            // The lowest edge out of the basin, compared by its higher end and then by its lower end.
             let mut lowest: Option<(Height, Height, NodeId, NodeId)> = None;
             for &id in &nodes {
                 for other in neighbours(id) {
@@ -318,8 +320,8 @@ impl Look<'_> {
                         continue;
                     }
                     let (a, b) = (height(id), height(other));
-                    // Equally high from both sides, so that two basins compare the same. Heights hold ids: no two edges
-                    // are equal, and the order of nodes does not matter.
+                    // An edge has the same height from both sides, so both basins agree on it. Heights contain ids: no
+                    // two edges are equal, and the order of the nodes does not matter.
                     let (high, low) = if a < b { (b, a) } else { (a, b) };
                     if lowest.is_none_or(|least| (high, low) < (least.0, least.1)) {
                         lowest = Some((high, low, id, other));
@@ -335,9 +337,9 @@ impl Look<'_> {
         })
     }
 
-    /// Whether the other diagonal of the square between two diagonal neighbours carries water.
+    /// True if water flows along the other diagonal of the square between two diagonal neighbours.
     fn is_crossed(&self, rounds: usize, a: NodeId, b: NodeId) -> bool {
-        // Along an axis nothing crosses: nodes stand less than a quarter off.
+        // No edge crosses one along an axis: nodes stand less than a quarter of a cell off its middle.
         if a.0 == b.0 || a.1 == b.1 {
             return false;
         }
@@ -345,14 +347,16 @@ impl Look<'_> {
         self.receiver(rounds, c) == Some(d) || self.receiver(rounds, d) == Some(c)
     }
 
-    /// The rim of a basin if it spills: not if its neighbour spills into it and has the higher sink.
+    /// Returns the pass and path of a basin if it spills. It does not if the basin beyond spills back and has the
+    /// higher sink.
     fn spill(&self, rounds: usize, sink: NodeId) -> Arc<Spill> {
         self.trunks.spills.get((rounds, sink), || {
             let none = Spill { pass: None, path: Vec::new() };
             let rim = self.rim(rounds, sink);
             let Some((pass, beyond)) = rim.pass else { return none };
-            // Two that would spill into each other would be a circle: the water stays in the lower one.
-            // Larger circles cannot be: each basin's pass would be lower than the one before it, all around.
+            // Two basins that spill into each other would form a cycle, so the one with the lower sink keeps its water.
+            // Longer cycles cannot form: each basin's pass would have to be lower than that of the basin before it, all
+            // around.
             let target = self.root(rounds, beyond);
             let back = self.rim(rounds, target).pass.map(|(_, beyond)| self.root(rounds, beyond));
             let height = |id: NodeId| (self.node(id).potential, id);
@@ -363,16 +367,16 @@ impl Look<'_> {
         })
     }
 
-    /// Whether a node may have a lake: where the land has a hollow, and where chance wants one.
+    /// True if a node may have a lake: in a hollow of the land, or by chance.
     fn lake(&self, id: NodeId) -> bool {
         let hollow = self.lowest_neighbour(id).is_none();
         !self.node(id).sea && (hollow || chance(self.trunks.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
     }
 
-    /// All nodes of a sink with their areas and levels.
+    /// Makes the basin of a sink: all its nodes with their areas and levels.
     fn basin(&self, sink: NodeId) -> Basin {
         let flood = self.flood(SPILL_ROUNDS, sink);
-        // By id, to be searched by halves; the flood keeps the order in which water runs.
+        // Sorted by id for binary search. The flood keeps the order in which water runs.
         let mut ids = flood.clone();
         ids.sort_unstable();
         let (mut basin, mut ways) = (Basin { nodes: Vec::with_capacity(ids.len()) }, Ways::with_capacity(ids.len()));
@@ -391,16 +395,18 @@ impl Look<'_> {
         basin
     }
 
-    /// The way from a node on land to another.
+    /// Examines the straight way from a node on land to another node.
     fn way(&self, id: NodeId, to: NodeId) -> DryWay {
         let there = self.node(to);
         self.fields.dry_way([self.node(id).at, there.at], || there.potential, self.trunks.halvings)
     }
 
-    /// Lets no two nodes that stand side by side drain to the same third: the one with less area drains to the other.
+    /// Makes sure that no two nodes side by side drain to the same third node: the one with less area drains to the
+    /// other.
     ///
-    /// Where the land falls to one node from all sides, as many as seven would come to it, and their valleys be a star;
-    /// real rivers come together one after the other. Gives the nodes in the order of a flood from the sink up.
+    /// Where the land falls to one node from all sides, up to seven rivers would meet there, and their valleys would
+    /// form a star; real rivers join one after the other. Returns the nodes in the order of a flood from the sink
+    /// upstream.
     fn part_confluences(&self, sink: NodeId, basin: &mut Basin, ways: &mut Ways) -> Vec<NodeId> {
         let mut inflows: Vec<Vec<usize>> = vec![Vec::new(); basin.nodes.len()];
         for (place, (_, drained)) in basin.nodes.iter().enumerate() {
@@ -418,7 +424,8 @@ impl Look<'_> {
             let first = flood.len();
             for place in coming {
                 let id = basin.nodes[place].0;
-                // Not over an arm of the sea. Side by side means along an axis, where no other's way crosses.
+                // Not across an arm of the sea. Only neighbours along an axis count as side by side: no other way
+                // crosses between them.
                 let larger = flood[first..].iter().copied().find_map(|larger| {
                     let other = basin.nodes[larger].0;
                     let beside = (id.0 - other.0).abs() + (id.1 - other.1).abs() == 1;
@@ -440,15 +447,16 @@ impl Look<'_> {
         flood.into_iter().map(|place| basin.nodes[place].0).collect()
     }
 
-    /// The height in metres that the coast leaves each node of a basin and what comes to it: what comes from lower land
-    /// is lower still.
+    /// Returns for each node of a basin the greatest height in metres that the coast leaves it. Water from lower land
+    /// lies lower still, so the least height is handed on downstream.
     fn below_coast_m(&self, flood: &[NodeId], ways: &Ways, basin: &Basin) -> Vec<f64> {
         let below_m = |potential: f64| self.fields.below_coast_of_m(potential, self.fields.lowstand_level_m());
         let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).potential)).collect();
         // From the springs down: the reverse of the flood.
         for id in flood.iter().rev().filter(|_| self.fields.has_sea()) {
             let here = basin.place(*id);
-            // A way that the sea cuts off hands nothing on. Its ends are nodes, which were looked at already.
+            // A river that ends in the sea hands nothing on. Both ends of a way are nodes, whose heights are known
+            // already.
             let Drained { to: Some(to), sea_at: None, .. } = basin.nodes[here].1 else { continue };
             let there = basin.place(to);
             most_m[there] = most_m[there].min(most_m[here]).min(below_m(ways[here]));
@@ -456,19 +464,19 @@ impl Look<'_> {
         most_m
     }
 
-    /// Gives the nodes of a basin their levels, from the sink up: by the law of rivers, and no higher than the coast
-    /// leaves them.
+    /// Sets the levels of a basin's nodes from the sink up: by the slope of rivers, but no higher than the coast leaves
+    /// them.
     fn set_levels(&self, flood: &[NodeId], ways: &Ways, basin: &mut Basin) {
         let most_m = self.below_coast_m(flood, ways, basin);
         for id in flood {
             let here = basin.place(*id);
             let (node, Drained { to, sea_at, area, .. }) = (self.node(*id), basin.nodes[here].1);
-            // The flood begins at the sink, so what a node drains to has its level before it.
+            // The flood begins at the sink, so the node downstream has its level already.
             let Some(to) = to else {
                 basin.nodes[here].1.level_m = self.fields.sink_level_m(node.sea);
                 continue;
             };
-            // The way ends where it comes to the sea.
+            // The river ends where the way meets the sea.
             let (below_m, dry) = match sea_at {
                 Some(dry) => (self.fields.lowstand_level_m(), dry),
                 None => (basin.nodes[basin.place(to)].1.level_m, 1.0),
@@ -477,11 +485,11 @@ impl Look<'_> {
             let slope = self.fields.river_slope(self.fields.uplift(node.at), area as f64);
             let free_m = below_m + length_m * slope;
             let drained = &mut basin.nodes[here].1;
-            // The fall comes last: that water falls counts for more than that the bed lies below the coast. The least
-            // fall is never steeper than the law's own.
+            // The least fall is applied last: that water falls matters more than that the bed lies below the coast. It
+            // is never steeper than the law of rivers has it.
             drained.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
             if most_m[here] < free_m || drained.level_m < self.fields.lowest_lake_m() {
-                // The land falls away on the sea's side, or the sea has come in.
+                // The land falls away towards the sea, or the sea has come in.
                 drained.lake = false;
             }
         }
@@ -489,24 +497,24 @@ impl Look<'_> {
 }
 
 impl Basin {
-    /// The place of a node among the basin's.
+    /// Returns the index of a node in the basin.
     fn place(&self, id: NodeId) -> usize {
         self.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink")
     }
 
-    /// Adds up the areas, from the springs down: the reverse of the flood. Of those that come to a node the one with
-    /// the most area is its main river; of equal ones the id decides.
+    /// Adds up the areas from the springs down, which is the reverse of the flood. The inflow with the most area is a
+    /// node's main river; the id decides between equal ones.
     fn add_areas(&mut self, flood: &[NodeId]) {
         for (_, drained) in &mut self.nodes {
             (drained.area, drained.main) = (1, None);
         }
         for id in flood.iter().rev() {
             let here = self.nodes[self.place(*id)].1;
-            // What the sea cuts off does not come to the next node.
+            // A river that ends in the sea does not reach the next node.
             let Some(to) = here.to.filter(|_| here.sea_at.is_none()) else { continue };
             let to = self.place(to);
             self.nodes[to].1.area += here.area;
-            // All that comes to a node is in before it is handed on, so areas are whole when they are compared.
+            // Each node receives all its inflows before its own area is handed on, so compared areas are complete.
             let larger = self.nodes[to].1.main.is_none_or(|main| {
                 let main_area = self.nodes[self.place(main)].1.area;
                 (here.area, *id) > (main_area, main)
@@ -518,7 +526,7 @@ impl Basin {
     }
 }
 
-/// The eight nodes around one.
+/// Returns the ids of the eight nodes around a node.
 pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
     AROUND.into_iter().map(move |(dx, dy)| (id.0 + dx, id.1 + dy))
 }
@@ -528,7 +536,7 @@ mod tests {
     use super::*;
     use crate::preset::Preset;
 
-    /// Valleys that came to one node side by side were a fan of as many as seven.
+    /// If nodes side by side drained to the same node, their valleys would form a fan of as many as seven.
     #[test]
     fn nodes_side_by_side_drain_to_one_only_across_the_sea() {
         for name in ["alps", "highlands", "archipelago"] {

@@ -1,9 +1,9 @@
 //! The courses of trunks from node to node, and their beds.
 //!
-//! In four steps, each of which asks for the one before of the trunks around, so that it does not matter which comes
-//! first: a smooth curve; one that bends less, where that comes too close to the curve of a trunk that shares a node;
-//! meanders, in a tube that no other's tube meets; and a bed that keeps below the coast and below the sides of the
-//! larger valley that it comes to.
+//! A course is made in four steps. Each step reads the step before it of the trunks around, so the order in which
+//! trunks are made does not matter: a smooth curve; a curve that bends less, where the first comes too close to the
+//! curve of a trunk that shares a node; meanders, in a tube that no other trunk's tube meets; and a bed that stays
+//! below the coast and below the sides of the larger valley that it joins.
 
 use std::sync::Arc;
 
@@ -22,64 +22,68 @@ use crate::hash::{self, Draw};
 use crate::lines::LakeId;
 use crate::memory::{Memory, Remembers};
 
-/// Cells of the trunk lattice that a trunk sticks out of the cell of its upper node at most: it runs to a neighbouring
-/// one, and its curve bulges by less than its length.
+/// Greatest distance by which a trunk leaves the cell of its upper node, in cells of the trunk lattice: it runs to a
+/// neighbouring cell, and its curve bulges by less than its length.
 pub const REACH_CELLS: f64 = 2.5;
 
-/// Knots from one to the next of the lines by which a trunk keeps clear of others: its tube is much wider than what the
-/// curve does between them.
+/// Step, in knots, at which the lines of other trunks are sampled to keep clear of them: a tube is much wider than a
+/// curve bends between two samples.
 const CLEAR_STEP: usize = 8;
 
-/// How much a trunk bends, and how much where it would come too close to another one like that: in the same direction
-/// at its ends, and with room there for a wide river to turn. Chosen by eye.
+/// Shares of the full bend: for a trunk, and for one that with the full bend would come too close to another. With the
+/// smaller share it still has the same directions at its ends, and leaves room there for a wide river to turn. Chosen
+/// by eye.
 const BENDS: [f64; 2] = [1.0, 0.4];
 
-/// Slope from which on a river does not meander. Chosen by eye.
+/// Slope at and above which rivers do not meander. Chosen by eye.
 const STEEPEST_MEANDER: f64 = 0.008;
 
-/// Segments of a course, and meanders, from which on a trunk wanders: what is shorter is left to meanders.
+/// Least length of the stretches in which a trunk wanders, in segments of its course and in meanders: shorter bends are
+/// left to the meanders.
 const WANDER_SEGMENTS: usize = 4;
 const WANDER_WAVES: f64 = 2.0;
 
-/// How long a wave of meanders is, as a share of the least, and how far it turns, as a share of the most: least, and so
-/// much more by chance.
+/// Length of a meander as a share of the least length, and its greatest turn as a share of the most: the least value,
+/// and the range that chance adds.
 const WAVE_LENGTHS: (f64, f64) = (1.0, 0.3);
 const WAVE_TURNS: (f64, f64) = (0.7, 0.3);
 
-/// How far a trunk comes off its course at most, as a share of its way along it. Chosen by eye: without meanders it would
-/// turn by no more than 60 degrees.
+/// Greatest sideways change of a trunk's offset per length of its course. Chosen by eye: without meanders, the course
+/// turns by at most 60 degrees.
 const MOST_SKEW: f64 = 0.6;
 
-/// Parts of a trunk's course for which the room beside it is told.
+/// Parts of a trunk's course for each of which the room beside it is measured.
 const ROOMS: usize = 32;
 
-/// How far a trunk comes off its course at most, as a share of its length.
+/// Greatest distance of a trunk from its course, as a share of its length.
 const MOST_ROOM: f64 = 0.25;
 
-/// Share of a trunk's length at each end over which it comes to wander: an eighth.
+/// Inverse of the share of a trunk's length at each end over which wandering grows to its full size: an eighth.
 const ENDS: f64 = 8.0;
 
-/// Meanders from each end of a trunk within which they come to their whole swing, and the share of the room beside it that
-/// they may take.
+/// Meanders from each end of a trunk over which their swing grows to its full size, and the share of the room beside
+/// the trunk that meanders may take.
 const END_WAVES: f64 = 1.0;
 const MEANDER_ROOM: f64 = 0.8;
 
-/// How long a delta is, as a share of the most: least, and so much more by chance.
+/// Length of a delta as a share of the most: the least value, and the range that chance adds.
 const DELTA_LENGTHS: (f64, f64) = (0.4, 0.6);
 
-/// The trunks of a world.
+/// The courses of the trunks of a world.
 #[derive(Debug)]
 pub struct TrunkCourses {
     seed: u64,
     fields: Arc<Fields>,
     nodes: Trunks,
-    /// For each of [`BENDS`] only those that differ from what they are with the one before.
+    /// For each of [`BENDS`], the curves of the trunks. After the first, only curves that differ from the one with the
+    /// bend before.
     bent: [Memory<NodeId, Option<Arc<Channel>>>; BENDS.len()],
     free: Memory<NodeId, Option<Arc<Channel>>>,
 }
 
 impl TrunkCourses {
-    /// The trunks of a world with these fields; from so far that their cells are not seen, or nearer.
+    /// Makes the trunks of a world with these fields. With `is_far`, the cells of the lattice are too small to be seen,
+    /// and shores are found less precisely.
     pub fn new(fields: Arc<Fields>, is_far: bool, seed: u64) -> TrunkCourses {
         TrunkCourses {
             seed,
@@ -90,28 +94,28 @@ impl TrunkCourses {
         }
     }
 
-    /// Its memories.
+    /// Returns the caches of the courses.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let courses = self.bent.iter().chain([&self.free]).map(|memory| memory as &dyn Remembers).collect();
         [self.nodes.memories(), courses].concat()
     }
 
-    /// The lattice that they run on.
+    /// Returns the lattice on which the trunks run.
     pub fn nodes(&self) -> &Trunks {
         &self.nodes
     }
 
-    /// A rectangle that the trunk from a node does not leave, which is known by a look at the nodes, long before how it runs; `None` for
-    /// a sink.
+    /// Returns a rectangle that the trunk from a node does not leave; `None` for a sink. The nodes alone tell it, so
+    /// the course need not be made.
     pub fn bounds(nodes: &Look, id: NodeId) -> Option<[Point; 2]> {
         let (from, to) = (nodes.node(id).at, nodes.node(nodes.drained(id).to?).at);
         point::around([from, to], (BULGE + MOST_ROOM) * from.distance(to))
     }
 
-    /// The trunk from a node straight to the next one downstream, or to the sea, by a look at the nodes; `None` for a sink.
+    /// Returns the trunk from a node straight to the next node downstream, or to the sea; `None` for a sink.
     pub fn straight(&self, nodes: &Look, id: NodeId) -> Option<Channel> {
         let here = nodes.node(id);
-        // Sinks all, of which nothing more need be found out.
+        // Nodes at sea are all sinks, so their basins need not be made.
         if here.sea {
             return None;
         }
@@ -129,14 +133,14 @@ impl TrunkCourses {
         Some(measured(fields, trunk))
     }
 
-    /// The trunk from a node to the next one downstream; `None` for a sink.
+    /// Returns the trunk from a node to the next node downstream; `None` for a sink.
     ///
-    /// Where it comes to a larger one from the side, it keeps below the sides of that one's valley.
+    /// Where it joins a larger trunk from the side, its bed stays below the sides of that trunk's valley.
     pub fn trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
         let free = self.free_trunk(id)?;
         let Some((to, false)) = free.next else { return Some(free) };
         let mut trunk = free.as_ref().clone();
-        // The larger river above the node, and the one that goes on from there.
+        // The larger river above the node, and the trunk that leaves the node.
         let main = self.nodes.drained(to).main;
         let others: Vec<Arc<Channel>> = main.into_iter().chain([to]).filter_map(|id| self.free_trunk(id)).collect();
         let origin = trunk.knots[0].at;
@@ -147,7 +151,7 @@ impl TrunkCourses {
         Some(Arc::new(measured(&self.fields, trunk)))
     }
 
-    /// The trunk from a node to the next one, but for what the sides of other valleys do to it.
+    /// Returns the trunk from a node to the next before its bed is cut into the sides of other valleys.
     fn free_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
         let make = || {
             let mut trunk = self.apart_trunk(id)?.as_ref().clone();
@@ -163,7 +167,7 @@ impl TrunkCourses {
         self.free.get(id, make).as_ref().clone()
     }
 
-    /// Fills the valley that the sea has drowned, where the trunk comes to it.
+    /// Builds a delta, which fills the drowned valley where the trunk meets the sea.
     fn build_delta(&self, id: NodeId, knots: &mut Vec<Knot>) {
         let deltas = self.fields.settings().coast.deltas;
         if self.fields.has_sea() && deltas > 0.0 {
@@ -174,13 +178,13 @@ impl TrunkCourses {
         }
     }
 
-    /// Digs out the lake that lies on a trunk's way, or at the sink where it ends.
+    /// Digs the lake on a trunk's way, or the lake at the sink where the trunk ends.
     fn dig_lake(&self, id: NodeId, trunk: &mut Channel) {
         let (fields, nodes) = (&self.fields, self.nodes.look());
         let Some((to, _)) = trunk.next else { return };
         let (here, sink) = (nodes.drained(id), nodes.drained(to));
         if sink.to.is_none() && sink.lake {
-            // All that comes to the sink comes to the same depth.
+            // All trunks that end at the sink reach the same depth.
             let area = sink.area as f64;
             let trough = fields.trough(0, area, sink.level_m);
             let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
@@ -201,7 +205,7 @@ impl TrunkCourses {
         }
     }
 
-    /// Ends a trunk that the sea cuts short with the first stretch of sea that it comes to.
+    /// Cuts off a trunk that ends in the sea after the first stretch of sea that it crosses.
     fn end_in_sea(&self, knots: &mut Vec<Knot>) {
         let in_sea = |knot: &Knot| self.fields.in_lowstand(knot.at);
         let wet = knots.iter().position(in_sea).unwrap_or(knots.len());
@@ -209,9 +213,9 @@ impl TrunkCourses {
         knots.truncate((wet + after).max(2));
     }
 
-    /// The lines of all trunks that may come near one, as they are before they wander.
+    /// Returns the lines of all trunks that may come near one, before they wander.
     fn around(&self, id: NodeId, origin: Point) -> Vec<LineSegment> {
-        // They start from the nodes around.
+        // Such trunks start from the nodes around.
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
         let sparse = |other: Arc<Channel>| -> Vec<[f64; 2]> {
@@ -220,7 +224,7 @@ impl TrunkCourses {
         others.flat_map(|other| lines(&sparse(other), 1)).collect()
     }
 
-    /// Moves the knots of a trunk to the side, as far as the trunks around leave room, and adds meanders.
+    /// Moves the knots of a trunk sideways, as far as the trunks around leave room, and adds meanders.
     fn wander(&self, id: NodeId, trunk: &mut Channel) {
         let (origin, nodes) = (trunk.knots[0].at, self.nodes.look());
         let course = trunk.course(origin);
@@ -231,15 +235,15 @@ impl TrunkCourses {
         let whole = from.distance(to) * bend;
         let rooms = rooms(&course, &around, MOST_ROOM * whole);
         let mut meanders = self.meanders(trunk, bend);
-        // A course that wandered in shorter stretches than it meanders in would have corners.
+        // If a course wandered in stretches shorter than its meanders, it would have corners.
         let longest = meanders.iter().map(|meander| meander.wave).fold(0.0, f64::max) * last as f64 / from.distance(to);
         let stretch = (WANDER_SEGMENTS.max((WANDER_WAVES * longest).ceil() as usize)).next_power_of_two().min(last / 2);
         let mut offsets = wander::smooth_offsets(self.seed, id, last, stretch);
         for step in 0..=last {
-            // Trunks that meet at a node go through it in one direction.
+            // Towards the ends, wandering fades out: trunks that meet at a node pass through it in one direction.
             let (end, meander) = (step.min(last - step) as f64 / last as f64, &mut meanders[step]);
             let free = smooth(ENDS * end);
-            // Meanders have most of the room.
+            // Meanders take most of the room; wandering takes the rest.
             meander.turn *= smooth(end * whole / (END_WAVES * meander.wave));
             let swing = Meander::swing(meander.wave, meander.turn);
             let room = rooms[step];
@@ -266,7 +270,8 @@ impl TrunkCourses {
         trunk.knots = places.iter().map(knot).collect();
     }
 
-    /// The meanders of a trunk, in grains: where it is flat enough for that.
+    /// Returns the meanders of a trunk at its knots, in grains. Their turn is 0 where the trunk is too steep to
+    /// meander.
     fn meanders(&self, trunk: &Channel, bend: f64) -> Vec<Meander> {
         let knots = &trunk.knots;
         let segments = knots.len() - 1;
@@ -278,7 +283,7 @@ impl TrunkCourses {
         let mut phase = chance(self.seed, id, Draw::MeanderPhase, 0);
         let mut meanders = Vec::with_capacity(knots.len());
         for (step, knot) in knots.iter().enumerate() {
-            // Waves differ from one to the next, and not within one.
+            // Chance changes from meander to meander, and is interpolated within each.
             let (wave, within) = (phase.floor() as usize, phase - phase.floor());
             let luck = |draw| {
                 let of = |wave: usize| chance(hash::network_knot(self.seed, wave), id, draw, 0);
@@ -286,7 +291,7 @@ impl TrunkCourses {
             };
             let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.area);
             let wave = wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave));
-            // As far as the floor holds the belt of its meanders, it swings further.
+            // Where the valley's floor is wide enough for the whole meander belt, the river turns further.
             let floor = LEVEL * self.fields.trough(trunk.id.0, knot.area, knot.level_m);
             let fits = (floor / Meander::swing(wave, MOST_TURN)).min(1.0);
             let most = CONFINED_TURN + (MOST_TURN - CONFINED_TURN) * fits;
@@ -297,7 +302,7 @@ impl TrunkCourses {
         meanders
     }
 
-    /// Lowers the bed of a trunk on land to where it cuts into the coast.
+    /// Lowers the bed of a trunk on land so that it cuts into the coast.
     fn cut_into_coast(&self, knots: &mut [Knot]) {
         if !self.fields.has_sea() {
             return;
@@ -306,7 +311,7 @@ impl TrunkCourses {
         let most_m = self.fields.below_coast_along_m(knots.iter().map(|knot| knot.at), lowstand_m);
         for index in (0..knots.len() - 1).rev() {
             let (below, here) = (knots[index + 1], &mut knots[index]);
-            // Under the lowstand the coast leaves nothing.
+            // Below the lowstand, the coast does not limit the bed.
             if below.level_m >= lowstand_m {
                 let least_m = here.at.distance(below.at) * metres * LEAST_SLOPE;
                 let least_m = below.level_m + (here.level_m - below.level_m).min(least_m);
@@ -315,13 +320,14 @@ impl TrunkCourses {
         }
     }
 
-    /// The course of the trunk from a node to the next: a smooth curve, which bends as little as it has to, to keep
-    /// clear of those with which it shares a node.
+    /// Returns the course of the trunk from a node to the next: a smooth curve, which bends less where it would come
+    /// too close to trunks that share a node with it.
     fn apart_trunk(&self, id: NodeId) -> Option<Arc<Channel>> {
         self.bent_trunk(id, BENDS.len() - 1)
     }
 
-    /// The course of a trunk after so many looks at the trunks around, each as it was before that look.
+    /// Returns the course of a trunk after so many rounds of comparing it with the trunks around, each as in the round
+    /// before.
     fn bent_trunk(&self, id: NodeId, looks: usize) -> Option<Arc<Channel>> {
         let bent = || curve(&self.fields, &self.nodes.look(), id, BENDS[looks]).map(Arc::new);
         let Some(before) = looks.checked_sub(1) else { return self.bent[0].get(id, bent).as_ref().clone() };
@@ -334,7 +340,8 @@ impl TrunkCourses {
                     .filter(move |other| *other != node && nodes.drained(*other).to == Some(to))
                     .map(move |other| (other, to))
             };
-            // Those that come to its head, those that come to its end with it, and the one that goes on from there.
+            // Trunks that end at this trunk's head, other trunks that end at its end, and the trunk that leaves its
+            // end.
             let mut others = from(id, id).chain(from(id, to)).chain([(to, to)]);
             let meets = |(other, node): (NodeId, NodeId)| {
                 let joint = nodes.node(node).at;
@@ -346,15 +353,15 @@ impl TrunkCourses {
     }
 }
 
-/// How far each place of a trunk's course may lie to the side, at most so far, changing no faster than over a few
-/// [`ROOMS`]ths of the course.
+/// Returns the room for each place of a trunk's course to move sideways, at most `most`. It changes gradually, over a
+/// few [`ROOMS`]ths of the course.
 fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
     let last = course.len() - 1;
     let step = (last / ROOMS).max(1);
     let coarse: Vec<[f64; 2]> = course.iter().copied().step_by(step).collect();
     let rooms = wander::rooms(&coarse, around, most);
     let around = |values: &[f64], at: usize| values[at.max(2) - 2..(at + 3).min(values.len())].to_vec();
-    // No more than what each place and those beside it have.
+    // The least room of each place and of its neighbours.
     let least: Vec<f64> =
         (0..rooms.len()).map(|at| around(&rooms, at).into_iter().fold(f64::INFINITY, f64::min)).collect();
     let mean = |at: usize| {

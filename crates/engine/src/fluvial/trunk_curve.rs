@@ -1,4 +1,4 @@
-//! The curves of trunks from node to node, before they meander: their knots with level and area.
+//! The curves of trunks from node to node, before they meander: knots with level and area.
 
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
@@ -7,32 +7,33 @@ use super::point::Point;
 use super::trunk::{Drained, Look, NodeId, neighbours};
 use crate::geometry::{LineSegment, come_along, cross, dot, length, lines};
 
-/// How steep a bed is that goes on under the sea: enough that it falls. Chosen by eye.
+/// Slope of a bed that goes on under the sea: just enough that it falls. Chosen by eye.
 pub const DROWNED_SLOPE: f64 = 0.002;
 
-/// Straight segments of a trunk at least, so that a curve of a coarse network is still one. Chosen by eye.
+/// Least number of straight segments of a trunk, so that the curve looks like a curve in a coarse network too. Chosen
+/// by eye.
 const LEAST_SEGMENTS: usize = 16;
 
-/// How long the curve's tangents at the nodes are, as a share of those that Hermite's cubic has: a little less curved,
-/// so that a trunk bulges by less than its length. Chosen by eye.
+/// Length of the curve's tangents at the nodes, as a share of those of Hermite's cubic: a little shorter, so that the
+/// curve is straighter and a trunk bulges by less than its length. Chosen by eye.
 const TANGENT: f64 = 0.8;
 
-/// Area that drains through a spring, in cells of the trunk lattice: a quarter of its own cell. Chosen by eye.
+/// Area that drains through a spring, in cells of the trunk lattice: a quarter of the spring's own cell. Chosen by eye.
 const SPRING_AREA: f64 = 0.25;
 
-/// How far a trunk bulges to the side at most, as a share of its length: a bound for the cubic.
+/// Greatest sideways bulge of a trunk, as a share of its length: a bound for the cubic.
 pub const BULGE: f64 = 0.2;
 
-/// How far apart two trunks that share a node are at least, as a share of the way from the node, and from which share
-/// of the trunk's length on. Closer ones could come across each other where the warp draws them together. Chosen by
+/// Least distance between two trunks that share a node, as a share of the distance from the node; and the share of the
+/// trunk's length from which on it is kept. Closer trunks could cross where the warp draws them together. Chosen by
 /// eye.
 const APART: f64 = 0.1;
 const APART_FROM: f64 = 0.25;
 
-/// How far aside a trunk comes to another at least, as the tangent of the angle: 14 degrees. Chosen by eye.
+/// Tangent of the least angle at which a trunk joins another from the side: 14 degrees. Chosen by eye.
 const LEAST_JOIN: f64 = 0.25;
 
-/// The trunk from a node to the next, which bends as much as it may by a share; `None` for a sink.
+/// Makes the trunk from a node to the next; `None` for a sink. `share` scales how much it bends.
 pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Channel> {
     let drained = nodes.drained(id);
     let to = drained.to?;
@@ -43,20 +44,20 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let is_main = below.main == Some(id);
     let segments = fields.segments_a_channel(0).max(LEAST_SEGMENTS);
     let bend = share * bend_share(fields, &drained, here.at, there.at);
-    // Where the sea comes in between, the trunk ends there.
+    // Where the sea comes in between the two nodes, the trunk ends there.
     let dry = drained.sea_at.unwrap_or(1.0);
     let in_bay = drained.sea_at.is_some() && !there.sea;
     let below_m = if drained.sea_at.is_some() { fields.lowstand_level_m() } else { below.level_m };
     let fall_m = drained.level_m - below_m;
     let length_m = length(straight) * fields.metres_a_grain();
-    // The node's own cell comes in on the way.
+    // The area of the node's own cell is added along the way.
     let area_above = (drained.area as f64 - 1.0).max(SPRING_AREA);
     let tangents = [start, end].map(|tangent| tangent.map(|part| part * TANGENT * bend));
     let ways = even(segments, |t| hermite(straight, tangents, t));
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
         let fallen = (t / dry).min(1.0);
-        // On the floor of the sea it goes on falling a little.
+        // On the floor of the sea the bed goes on falling a little.
         let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
         let area = area_above + (drained.area as f64 - area_above) * t;
         Knot {
@@ -79,7 +80,8 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     Some(trunk)
 }
 
-/// The directions in which the trunk from a node to the next leaves the one and comes to the other, as long as the way.
+/// Returns the directions in which the trunk from `id` to `to` leaves the one and arrives at the other, each as long as
+/// the way between them.
 pub fn directions(nodes: &Look, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
     let straight = way(nodes, id, to);
     let start = through(nodes, id).unwrap_or_else(|| unit(straight));
@@ -91,15 +93,16 @@ pub fn directions(nodes: &Look, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
     [start, end].map(|direction| direction.map(|part| part * length(straight)))
 }
 
-/// The direction of the river that runs through a node; `None` at a sink.
+/// Returns the direction of the river that passes through a node; `None` at a sink.
 ///
-/// It is between the ways before and after, whatever their lengths: a mean of the ways would follow the longer one, and
-/// the river on the shorter one would have to turn back.
+/// It bisects the ways before and after the node, whatever their lengths. A mean of the ways would follow the longer
+/// one, and the river on the shorter one would have to turn back.
 fn through(nodes: &Look, id: NodeId) -> Option<[f64; 2]> {
     let drained = nodes.drained(id);
     let after = way(nodes, id, drained.to?);
     let mut through = drained.main.map_or(unit(after), |main| between(way(nodes, main, id), after, 1.0));
-    // And yet it leaves before it comes to the way of one that joins from ahead: it would come across that.
+    // The river must leave before it reaches the way of a trunk that joins from ahead; otherwise it would cross that
+    // trunk.
     let joins = |other: &NodeId| Some(*other) != drained.main && nodes.drained(*other).to == Some(id);
     for other in neighbours(id).filter(joins) {
         let middle = between(after, way(nodes, id, other), 1.0);
@@ -111,15 +114,16 @@ fn through(nodes: &Look, id: NodeId) -> Option<[f64; 2]> {
     Some(through)
 }
 
-/// The direction in which a trunk comes to a node that the main river runs through in a direction: aslant, and from the
-/// bank on which it comes, also where the main river swings out to that side; or straight, where it comes from ahead.
+/// Returns the direction in which a trunk joins the main river at a node, given the direction `through` of that river.
+/// The trunk joins at an acute angle and from its own bank, even where the main river swings to that side; it joins
+/// straight if it comes from ahead.
 fn joining(nodes: &Look, id: NodeId, to: NodeId, through: [f64; 2]) -> [f64; 2] {
     let below = nodes.drained(to);
     let straight = way(nodes, id, to);
     let main = below.main.map_or(through.map(|part| -part), |main| way(nodes, to, main));
     let after = below.to.map_or(through, |next| way(nodes, to, next));
-    // Its bank is told by whether it comes before the main river, where one turns round the node from the way that goes
-    // on.
+    // To tell the bank, turn round the node from the outgoing way: the trunk lies on one bank if it comes before the
+    // main river, and on the other bank if after.
     let is_right = |from: [f64; 2], to: [f64; 2]| cross(from, to) > 0.0;
     let back = straight.map(|part| -part);
     let (right, main_right) = (is_right(after, back), is_right(after, main));
@@ -138,7 +142,7 @@ fn way(nodes: &Look, from: NodeId, to: NodeId) -> [f64; 2] {
     nodes.node(to).at.from(nodes.node(from).at)
 }
 
-/// The direction of a way, turned towards another by a share: by half of the angle between them with 1.
+/// Returns the direction of a way turned towards another: with a share of 1, by half of the angle between them.
 fn between(way: [f64; 2], other: [f64; 2], share: f64) -> [f64; 2] {
     let (way, other) = (unit(way), unit(other));
     unit([0, 1].map(|axis| way[axis] + share * other[axis]))
@@ -148,17 +152,18 @@ fn unit(way: [f64; 2]) -> [f64; 2] {
     way.map(|part| part / length(way).max(1e-9))
 }
 
-/// Hermite's cubic from the origin to a place, by its tangents at both ends: the shorter these are the straighter it
-/// is, and yet it begins and ends in their directions.
+/// Evaluates Hermite's cubic from the origin to a place, with tangents at both ends. Shorter tangents make it
+/// straighter, but keep its directions at the ends.
 fn hermite(to: [f64; 2], [start, end]: [[f64; 2]; 2], t: f64) -> [f64; 2] {
     let (t2, t3) = (t * t, t * t * t);
     let (leave, go, arrive) = (t3 - 2.0 * t2 + t, 3.0 * t2 - 2.0 * t3, t3 - t2);
     [0, 1].map(|axis| start[axis] * leave + to[axis] * go + end[axis] * arrive)
 }
 
-/// Places of a curve from 0 to 1 that are equally far apart along it, both ends among them.
+/// Returns places of a curve that are equally far apart along it, both ends included. The curve's parameter runs from 0
+/// to 1.
 fn even(segments: usize, curve: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
-    // So many straight pieces a segment tell how long it is.
+    // Straight pieces a segment that approximate the curve to measure its length.
     const PIECES: usize = 4;
     let pieces = PIECES * segments;
     let places: Vec<[f64; 2]> = (0..=pieces).map(|piece| curve(piece as f64 / pieces as f64)).collect();
@@ -175,38 +180,38 @@ fn even(segments: usize, curve: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
     std::iter::once(places[0]).chain(inner).chain([places[pieces]]).collect()
 }
 
-/// How much a trunk may bend, 0 to 1: the closer the straight way comes to the sea before it ends, the less, for the
-/// lattice judges by that way where it comes into it.
+/// Returns how much a trunk may bend, 0 to 1. The closer its straight way comes to the sea, the less it may bend: the
+/// lattice finds the place where the trunk meets the sea on the straight way.
 pub fn bend_share(fields: &Fields, drained: &Drained, from: Point, to: Point) -> f64 {
-    // As far apart as the lattice looks for the sea.
+    // The places at which the lattice looks for the sea.
     const PLACES: u32 = 16;
     let way = to.from(from);
     if !fields.has_sea() {
         return 1.0;
     }
     if drained.sea_at.is_some() && fields.potential(to) >= fields.sea_potential() {
-        // To a bay: its shores are closer to each other than a curve is to its chord.
+        // The trunk ends in a bay, whose shores are closer to each other than a curve is to its chord.
         return 0.0;
     }
     let bulge_m = BULGE * length(way) * fields.metres_a_grain();
     let shares = || (1..PLACES).map(|place| place as f64 / PLACES as f64);
     let place = |share: f64| from.moved(way.map(|part| part * share * drained.sea_at.unwrap_or(1.0)));
     let inlands_m = fields.inlands_m(&shares().map(place).collect::<Vec<_>>());
-    // The room at a place by what a bulge as round as a parabola takes there.
+    // The room at a place relative to the bulge of a parabola there.
     let room = |(share, inland_m): (f64, f64)| inland_m / (4.0 * share * (1.0 - share) * bulge_m);
     shares().zip(inlands_m).map(room).fold(1.0, f64::min).max(0.0)
 }
 
-/// Whether two trunks that share a node cross, or run side by side for long.
+/// True if two trunks that share a node cross, or run side by side for long.
 pub fn too_close(trunk: &[Knot], other: &[Knot], joint: Point) -> bool {
-    // Every second knot tells: from one to the next a curve turns little.
+    // Every second knot is enough: a curve turns little from one knot to the next.
     const STEP: usize = 2;
     let places = |knots: &[Knot]| knots.iter().map(|knot| knot.at.from(joint)).collect::<Vec<_>>();
     let (trunk, other) = (places(trunk), places(other));
     let (trunk_lines, other_lines) = (lines(&trunk, STEP), lines(&other, STEP));
     let crosses = |line: &LineSegment| other_lines.iter().any(|other| line.crosses(other));
     let whole = length(trunk[0]).max(length(trunk[trunk.len() - 1]));
-    // Near the node they are side by side anyway, so the distance is measured by the way from it.
+    // Near the node all trunks are close together, so the least distance grows with the distance from the node.
     let beside = |place: &[f64; 2]| {
         let way = length(*place);
         let is_near = |line: &LineSegment| line.touches(*place, APART * way) && line.distance(*place) < APART * way;

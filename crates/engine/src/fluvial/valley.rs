@@ -1,13 +1,13 @@
 //! Valleys: the lowest of the valley sides that rise from the channels around a vertex.
 //!
-//! From a channel the land rises with the distance from its water: a floor leans towards the water as far as it is wide,
-//! the foot of the side is rounded, and then it is straight. The lowest of all sides has no pits: away from a channel its own
-//! side falls to it, and along a channel the bed falls. Where two sides meet is a crest, sharp or rounded.
+//! The land rises from a channel with the distance from its water: first a floor that leans towards the water, then the
+//! rounded foot of the side, then the straight side. The lowest of all sides has no pits: each side falls to its own
+//! channel, and along a channel the bed falls. Where two sides meet there is a crest, sharp or rounded.
 //!
-//! Vertices, or every so many of them, are done in patches aligned with the world, each with the segments that can be
-//! lowest in it: a bound on how steep sides are tells which cannot, so leaving them out changes nothing. In four steps,
-//! each with what the one before has left: segments that may be lowest in a block of patches, in a quarter of it, in a
-//! patch, and the lowest at a vertex.
+//! Vertices, or nodes several vertices apart, are computed in patches aligned with the world, each with the segments
+//! whose sides can be lowest in it. A bound on the slope of sides tells which segments cannot, so leaving them out
+//! changes nothing. There are four steps, each with the segments that the one before has left: those that may be lowest
+//! in a block of patches, in a quarter of the block, in a patch, and the lowest at a vertex.
 
 use super::fields::Fields;
 use super::point::{GRAINS, Point};
@@ -18,37 +18,38 @@ use crate::area::Area;
 use crate::simd::{Kernel, MAX_LANES, Simd};
 use crate::stop;
 
-/// Vertices a side of a patch. The smaller it is, the fewer segments may be lowest in it; in a larger one more vertices
-/// share what it takes to find them.
+/// Side of a patch in vertices. In a smaller patch fewer segments may be lowest; in a larger one more vertices share
+/// the cost of finding them.
 pub const PATCH: usize = 8;
 
-/// Patches a side of a quarter of a block, and of a block: for each of them segments are picked before they are for what it
-/// consists of. Larger ones would leave more segments to each patch, smaller ones look at all segments more often.
+/// Sides of a quarter of a block, and of a block, in patches. Segments are picked for a block and for a quarter before
+/// they are picked for the parts of either. Larger ones would leave more segments to each patch, smaller ones would
+/// look at all segments more often.
 const QUARTER: usize = 2;
 pub(super) const BLOCK: usize = 2 * QUARTER;
 
-/// Cells of the finest level within which a brook can matter to a vertex, where its sides are as steep as the hill;
-/// measured: of 25,000 vertices of six worlds a dozen are reached over 3 to 4.5.
+/// Distance in cells of the finest level within which a brook can matter to a vertex, if its sides are as steep as the
+/// hill. Measured: of 25,000 vertices of six worlds a dozen are reached over 3 to 4.5 cells.
 pub const BROOK_CELLS: i64 = 7;
 
-/// Cells of the finest level within which any channel matters to one.
+/// Distance in cells of the finest level within which any channel matters to a vertex.
 const MOST_CELLS: i64 = 24;
 
-/// Metres that the height of a side may be off for being rounded, at most.
+/// Largest error in metres of the height of a side due to rounding.
 const ROUNDING_M: f32 = 0.02;
 
-/// How far from a vertex, once it is displaced, channels of so many levels matter.
+/// Returns the distances from a displaced vertex within which channels matter, for this number of levels.
 pub fn reach(fields: &Fields, levels: u32) -> Reach {
     reach_to(fields, levels, BROOK_CELLS)
 }
 
-/// The same where brooks are looked for within so many cells of their level.
+/// Returns [`reach`] for brooks that are looked for within `brook_cells` cells of the finest of these levels.
 pub fn reach_to(fields: &Fields, levels: u32, brook_cells: i64) -> Reach {
     let [brook, most] = [brook_cells, MOST_CELLS].map(|cells| (cells * fields.side(levels - 1)) as f64);
     Reach { brook, most, least_cross: fields.least_cross() }
 }
 
-/// The area of nodes that valleys are made for together with those of an area: whole patches.
+/// Returns the area of nodes whose valleys are computed together with those of an area: whole patches.
 pub fn input(area: Area) -> Area {
     let side = PATCH as i64;
     let before = |at: i64| at.div_euclid(side) * side;
@@ -56,7 +57,7 @@ pub fn input(area: Area) -> Area {
     Area { x0: before(area.x0), y0: before(area.y0), x1: after(area.x1), y1: after(area.y1) }
 }
 
-/// The parts of an area that lie in squares of so many vertices a side, aligned with the world.
+/// Returns the parts of an area that lie in squares of `side` vertices, aligned with the world.
 fn squares(area: Area, side: usize) -> impl Iterator<Item = Area> {
     let side = side as i64;
     let firsts =
@@ -71,30 +72,30 @@ fn squares(area: Area, side: usize) -> impl Iterator<Item = Area> {
     })
 }
 
-/// What the valleys are around each node of an area whose sides are multiples of a patch's.
+/// The valleys at each node of an area whose sides are multiples of a patch's.
 #[derive(Debug, Default)]
 pub struct Valleys {
     /// Height in metres, before strata, ceiling and gullies.
     pub height_m: Vec<f32>,
-    /// Height in metres of the channel that the vertex drains to, where it is nearest.
+    /// Height in metres of the channel that the vertex drains to, at the channel's nearest place.
     pub level_m: Vec<f32>,
-    /// Metres that the next-best side of another channel lies higher: 0 on a crest, and no more than is
+    /// Metres by which the next-best side, of another channel, lies higher: 0 on a crest, and no more than is
     /// [read](FillValleys::read_m).
     pub crest_m: Vec<f32>,
-    /// How steep the land is where crests and floors are rounded, as a share of the hillside's slope.
+    /// Slope of the land as a share of the hillside's slope: less than 1 where crests and floors are rounded.
     pub steepness: Vec<f32>,
-    /// Metres from the middle of the channel.
+    /// Distance in metres from the middle of the channel.
     pub distance_m: Vec<f32>,
-    /// Unit vector of the way in which the land rises, in the warped plane.
+    /// Unit vector of the direction in which the land rises, in the warped plane.
     pub away: [Vec<f32>; 2],
     /// The number of the segment that the vertex drains to.
     pub segment: Vec<u32>,
-    /// The share of the segment at which it is nearest.
+    /// The share of the segment at which it is nearest to the vertex.
     pub share: Vec<f32>,
 }
 
 impl Valleys {
-    /// Room for some vertices.
+    /// Creates valleys with room for `len` vertices.
     pub fn with_len(len: usize) -> Valleys {
         let floats = || vec![0.0; len];
         Valleys {
@@ -110,14 +111,14 @@ impl Valleys {
     }
 }
 
-/// What the hillsides between valleys are like at nodes.
+/// The hillsides between valleys, at nodes.
 #[derive(Debug)]
 pub struct Hillsides {
-    /// How far from a node channels are looked for.
+    /// Distances from a node within which channels are looked for.
     pub reach: Reach,
-    /// How steep they are.
+    /// Slopes of the hillsides.
     pub slope: Vec<f32>,
-    /// What they rise in the mean, if there are more levels.
+    /// The mean effect of finer channels, if there are more levels than those that are asked for.
     pub rest: Option<Rest>,
 }
 
@@ -127,36 +128,35 @@ pub struct FillValleys<'a> {
     pub fields: &'a Fields,
     /// An area of nodes, aligned with patches.
     pub area: Area,
-    /// The part of it whose valleys are wanted, aligned likewise: nothing is written elsewhere.
+    /// The part of the area whose valleys are wanted, aligned in the same way: nothing is written elsewhere.
     pub part: Area,
     /// Vertices from a node to the next, a power of two; with 1 the nodes are the vertices.
     pub step: i64,
-    /// Metres by which each vertex is displaced before the valleys are read.
+    /// Metres east and south by which each vertex is displaced before the valleys are read.
     pub warp: [&'a [f32]; 2],
     /// The hillsides at each vertex.
     pub hillsides: &'a Hillsides,
-    /// Metres above the lowest side up to which the next-best one is told, for whoever reads it. What is higher is left out
-    /// of a patch or not by what else is in it, but for what it takes to round crests.
+    /// Metres above the lowest side up to which the next-best side is exact, for those who read [`Valleys::crest_m`]. A
+    /// higher side may be left out or not, by the other segments of its patch, unless it is needed to round crests.
     pub read_m: f32,
-    /// The segments around the area, at least all whose [reach](Segment::reach) holds
-    /// a displaced node.
+    /// The segments around the area, at least all whose [reach](Segment::reach) holds a displaced node.
     pub segments: &'a Segments,
-    /// Where it is written.
+    /// The valleys that are written.
     pub out: &'a mut Valleys,
 }
 
-/// Where a group of vertices is once warped: all within a circle, whose middle and radius are in metres.
+/// The warped places of a group of vertices: a circle that holds them all, by its centre and radius in metres.
 struct Spread {
     middle: [f32; 2],
     radius: f32,
-    /// The gentlest and the steepest slope of their hillsides.
+    /// The gentlest and the steepest slope of the hillsides there.
     slope: [f32; 2],
-    /// The least and the most of what the land rises beside channels.
+    /// The least and the greatest slope and height of [`Rest`] there.
     rest: Option<[[f32; 2]; 2]>,
 }
 
-/// The least and the greatest of what places once warped are, in metres east and south, of the slope of their hillsides, and of
-/// what the land rises between channels.
+/// The least and the greatest values of a group of warped places: metres east and south, the slope of the hillsides,
+/// and the slope and the height of [`Rest`].
 #[derive(Clone, Copy)]
 struct Extent {
     least: [f32; 5],
@@ -164,10 +164,10 @@ struct Extent {
 }
 
 impl Extent {
-    /// Of nothing.
+    /// The extent of no place.
     const NONE: Extent = Extent { least: [f32::INFINITY; 5], most: [f32::NEG_INFINITY; 5] };
 
-    /// Of both.
+    /// Returns the extent of the places of both.
     fn and(self, other: &Extent) -> Extent {
         Extent {
             least: [0, 1, 2, 3, 4].map(|part| self.least[part].min(other.least[part])),
@@ -175,7 +175,7 @@ impl Extent {
         }
     }
 
-    /// The circle that holds the places.
+    /// Returns the circle that holds the places.
     fn spread(&self) -> Spread {
         let half = [0, 1].map(|axis| (self.most[axis] - self.least[axis]) / 2.0);
         Spread {
@@ -208,8 +208,8 @@ impl Kernel for FillValleys<'_> {
     }
 }
 
-/// The segments of an area, and where they begin in grains; those that may be lowest in a block, and in a quarter of it; of
-/// these the ones that may be lowest in a patch, by their index; and their limits there.
+/// The segments of an area, and their upper ends in grains; the segments that may be lowest in a block, and in a
+/// quarter of the block; the indices of those of the quarter that may be lowest in a patch; and the limits of segments.
 #[derive(Default)]
 struct Work {
     all: Columns,
@@ -218,33 +218,34 @@ struct Work {
     quarter: Columns,
     patch: Vec<usize>,
     limits: SegmentLimits,
-    /// The patches of a block, and where they are once warped.
+    /// The patches of a block, and the extents of their warped vertices.
     patches: Vec<(Area, Extent)>,
 }
 
 /// The limits of segments over a group of vertices.
 #[derive(Default)]
 struct SegmentLimits {
-    /// Metres by which a segment's side is lower, at its lowest, than what is lowest can be: above 0 it never is.
+    /// The lowest height in metres that a segment's side can have, less the greatest height at which a side matters:
+    /// above 0, the segment never matters.
     low: Vec<f32>,
-    /// Metres that are left of its reach at the middle of the group.
+    /// Metres that are left of the segment's reach at the middle of the group.
     left: Vec<f32>,
-    /// Height in metres under which its water is nowhere that the group is nearest to.
+    /// Lower bound in metres of the height of the segment's water where it is nearest to a vertex of the group.
     level: Vec<f32>,
 }
 
 impl FillValleys<'_> {
-    /// Metres between nodes.
+    /// Returns the distance between nodes in metres.
     fn spacing_m(&self) -> f32 {
         spacing_m(self.fields, self.step)
     }
 
-    /// The valleys of a part of a block, patch by patch.
+    /// Computes the valleys of a part of a block, patch by patch.
     #[inline(always)]
     fn block<S: Simd>(&mut self, simd: S, part: Area, work: &mut Work) {
         let Work { all, from, block, quarter, patch, limits, patches } = work;
-        // The north-western vertex of the whole block: whatever is asked for, places are told from there, in metres, which
-        // are exact enough in f32 wherever in the world that is.
+        // The north-western vertex of the whole block. Whichever part is asked for, places are measured from there in
+        // metres, which are exact enough in f32 anywhere in the world.
         let corner = [part.x0, part.y0].map(|at| at.div_euclid((BLOCK * PATCH) as i64) * (BLOCK * PATCH) as i64);
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let (offset, metres) = (corner_point.from(self.segments.origin), self.fields.metres_a_grain());
@@ -275,8 +276,8 @@ impl FillValleys<'_> {
         }
     }
 
-    /// Puts those segments into `picked` that may be lowest somewhere in a group of patches. One whose reach ends within
-    /// the group bounds nothing: in some of its patches it does not count.
+    /// Puts those segments into `picked` that may be lowest somewhere in a group of patches. A segment whose reach ends
+    /// within the group does not rule out others, as it does not count in some of the patches.
     #[inline(always)]
     fn pick<S: Simd>(
         &self,
@@ -286,7 +287,7 @@ impl FillValleys<'_> {
         limits: &mut SegmentLimits,
         picked: &mut Columns,
     ) {
-        // A little more than the radius, for its rounding.
+        // A little more than the radius, to allow for rounding.
         let around_m = spread.radius * 1.01;
         self.measure(simd, segments, spread, around_m, limits);
         picked.clear();
@@ -296,7 +297,7 @@ impl FillValleys<'_> {
         picked.pad();
     }
 
-    /// Where the vertices of a patch are once warped, in metres from the block's corner.
+    /// Returns the extent of a patch's warped vertices, in metres from the block's corner.
     #[inline(always)]
     fn extent<S: Simd>(&self, simd: S, corner: [i64; 2], vertices: Area, order: PatchLanes<S>) -> Extent {
         let (mut least, mut most) = ([simd.splat(f32::INFINITY); 5], [simd.splat(f32::NEG_INFINITY); 5]);
@@ -317,15 +318,15 @@ impl FillValleys<'_> {
         Extent { least: least.map(|values| -greatest(simd, -values)), most: most.map(|values| greatest(simd, values)) }
     }
 
-    /// What the floors of all valleys have in common.
+    /// Returns the properties that the floors of all valleys share.
     fn floor(&self) -> Floor {
         floor(self.fields)
     }
 
-    /// The limits of each segment's side over a group of vertices: the lowest that it can be, less the highest that the
-    /// lowest of all can be; and what is left of its reach, in metres, once it has come to the middle. The lowest is
-    /// one of those whose reach goes on for `beyond_m` from there: of a block's segments, one that matters to all of
-    /// its patches.
+    /// Computes the limits of each segment over a group of vertices: the lowest height that its side can have, less the
+    /// greatest height that the lowest side of all can have, with a margin for crests; and the metres left of its reach
+    /// at the middle of the group. Only segments whose reach goes on for `beyond_m` from there bound the lowest side:
+    /// in a block, those that matter to all of its patches.
     #[inline(always)]
     fn measure<S: Simd>(
         &self,
@@ -341,7 +342,7 @@ impl FillValleys<'_> {
         limits.level.resize(len, 0.0);
         let middle = [simd.splat(spread.middle[0]), simd.splat(spread.middle[1])];
         let (gentle, steep) = (simd.splat(spread.slope[0]), simd.splat(spread.slope[1]));
-        // A little more than the true one, for what rounding does.
+        // A little more than the true radius, to allow for rounding.
         let radius = simd.splat(spread.radius * (1.001 + 1.1 * CROSS_FALL) + 0.01);
         let common = self.floor();
         let rests = spread.rest.map(|ends| ends.map(|rest| LaneRest::splat(simd, rest)));
@@ -350,8 +351,8 @@ impl FillValleys<'_> {
         for start in (0..len).step_by(S::LANES) {
             let segment = LaneSegment::load(simd, segments, start, common);
             let side = segment.side(simd, middle);
-            // By how much a side may differ from what it is in the middle: no more than it changes in a radius, along
-            // the segment and across it.
+            // Bound of the difference between a side's height in the group and in its middle: the change over a radius,
+            // along the segment and across it.
             let distance = side.distance;
             let bed_change = simd.load(&segments.bed_change[start..]);
             let floor_change = simd.load(&segments.floor_change[start..]);
@@ -360,7 +361,7 @@ impl FillValleys<'_> {
             let across = simd.select(is_far, simd.splat(1.0 + FAR_STEEPER), simd.splat(1.0));
             let slack = (bed_change + steep * (across + floor_change + turned) * segment.steepest_cross(simd)) * radius;
             let left = simd.load(&segments.reach[start..]) - distance;
-            // The lowest of the highest: what is always higher than that is never lowest.
+            // The least upper bound of all: a side that is always higher than this is never lowest.
             let (mut highest, mut lowest_here) = (steep * side.rise + slack, gentle * side.rise - slack);
             if let Some([least, most]) = rests {
                 let open = segment.open(simd, side.level);
@@ -373,8 +374,8 @@ impl FillValleys<'_> {
             simd.store(side.level - bed_change * radius, &mut limits.level[start..]);
         }
         let lowest = -greatest(simd, -lowest);
-        // A crest is rounded by no more than it stands above the channel that is lowest there: on plains that is less than
-        // what it is rounded by elsewhere.
+        // A crest is rounded by no more than its height above the lowest channel there: on plains this is less than the
+        // usual rounding.
         let mut level = infinity;
         for start in (0..len).step_by(S::LANES) {
             let is_lowest = simd.lt(simd.load(&limits.low[start..]), simd.splat(lowest));
@@ -387,7 +388,7 @@ impl FillValleys<'_> {
         }
     }
 
-    /// The valleys of one patch, whose vertices lie in lanes, given which segments may be lowest in it.
+    /// Computes the valleys of one patch, whose vertices lie in lanes, given the segments that may be lowest in it.
     #[inline(always)]
     fn patch<S: Simd>(
         &mut self,
@@ -405,8 +406,7 @@ impl FillValleys<'_> {
             let (lanes, at) = order.group(simd, self, corner, vertices, group);
             let slope = lanes.load(simd, &self.hillsides.slope);
             let rest = self.hillsides.rest.as_ref().map(|rest| LaneRest::load(simd, lanes, rest));
-            // The lowest side and the second-lowest of another channel, between which the crest is; and the room
-            // that there is to round it.
+            // The lowest side, the lowest side of another channel, and the room for rounding the crest between both.
             let far = simd.splat(f32::MAX);
             let (mut best, mut second, mut room) = (far, far, far);
             let none = simd.splat_u32(u32::MAX);
@@ -423,8 +423,8 @@ impl FillValleys<'_> {
                 let own = simd.splat_u32(segments.channel[segment]);
                 let same = simd.eq_u32(own, channel);
                 let lower = simd.lt(height, best);
-                // What is not lowest, of another channel than what is: segments of one channel have no crest
-                // between them.
+                // Of this side and the lowest, the higher one counts as the second if the channels differ: segments of
+                // one channel have no crest between them.
                 let rest = simd.select(lower, best, height);
                 second = simd.select(same, second, simd.min(rest, second));
                 room = simd.min(room, three * height - level);
@@ -432,7 +432,7 @@ impl FillValleys<'_> {
                 channel = simd.select_u32(lower, own, channel);
                 lowest = simd.select_u32(lower, simd.splat_u32(segment as u32), lowest);
             }
-            // Of most segments no more is asked than how high their sides are.
+            // For most segments only the height of the side is needed. All else is computed for the lowest alone.
             let mut owners = [0; MAX_LANES];
             simd.store_u32(lowest, &mut owners);
             let owners = &owners[..S::LANES];
@@ -442,18 +442,20 @@ impl FillValleys<'_> {
             for (number, owner) in number.iter_mut().zip(owners) {
                 *number = segments.number.get(*owner as usize).copied().unwrap_or(u32::MAX);
             }
-            // Round the crest, by no more than it stands above a channel: the least of (height - level) and twice
-            // what a side is higher than the best, which has no step where the best or the second changes.
+            // Round the crest by no more than its height above a channel: the least sum of (height - level) and twice
+            // the height of a side above the best, over all sides. This has no step where the best or the second
+            // changes.
             let gap = second - best;
             let round = simd.max(simd.min(crest_m, room - (best + best)), zero);
             let over = simd.max(round - gap, zero);
-            // A fourth would round a crest off; as the room shrinks downhill, more than a fifth would leave a
+            // A fourth would make the crest smooth; but as the room shrinks downhill, more than a fifth would leave a
             // furrow.
             let lowered = over * over / (simd.max(round, simd.splat(1e-3)) * simd.splat(5.0));
             let steepness = simd.min(gap / simd.max(round, simd.splat(1e-3)), simd.splat(1.0));
             let steep = slope * cross;
             let steepness = steepness * floor;
-            // What the land rises across the channel and along it: on a steep brook's sides the fall line is aslant.
+            // The gradient of the land, across the channel and along it: on a steep brook's sides the fall line is
+            // aslant.
             let across = steep * floor / simd.max(distance, simd.splat(1e-3));
             let rise = [off[0] * across + bed[0], off[1] * across + bed[1]];
             let steepest = simd.sqrt(rise[0] * rise[0] + rise[1] * rise[1]);
@@ -472,12 +474,12 @@ impl FillValleys<'_> {
     }
 }
 
-/// Metres from a node to the next, so many vertices apart.
+/// Returns the distance in metres between nodes that are `step` vertices apart.
 pub(super) fn spacing_m(fields: &Fields, step: i64) -> f32 {
     (fields.metres_a_grain() * (GRAINS * step) as f64) as f32
 }
 
-/// What the floors of all valleys of a world have in common.
+/// Returns the properties that the floors of all valleys of a world share.
 pub(super) fn floor(fields: &Fields) -> Floor {
     Floor {
         level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * fields.metres_a_grain()) as f32,
@@ -486,7 +488,7 @@ pub(super) fn floor(fields: &Fields) -> Floor {
     }
 }
 
-/// The greatest of some lanes.
+/// Returns the greatest value of the lanes.
 #[inline(always)]
 fn greatest<S: Simd>(simd: S, values: S::F32) -> f32 {
     let mut lanes = [0.0; MAX_LANES];
@@ -494,7 +496,7 @@ fn greatest<S: Simd>(simd: S, values: S::F32) -> f32 {
     lanes[..S::LANES].iter().fold(f32::NEG_INFINITY, |a, b| a.max(*b))
 }
 
-/// How the vertices of a patch lie in lanes: in rows of it, of which wide lanes hold several.
+/// The order of a patch's vertices in lanes: row by row, and several rows in wide lanes.
 #[derive(Clone, Copy)]
 struct PatchLanes<S: Simd> {
     columns: S::F32,
@@ -513,7 +515,7 @@ impl<S: Simd> PatchLanes<S> {
         PatchLanes { columns: simd.load(&columns), rows: simd.load(&rows) }
     }
 
-    /// The vertices of a group of lanes, and where they are once warped, in metres from the block's corner.
+    /// Returns the vertices of a group of lanes, and their warped places in metres from the block's corner.
     #[inline(always)]
     fn group(
         &self,
@@ -524,7 +526,7 @@ impl<S: Simd> PatchLanes<S> {
         group: usize,
     ) -> (InRows, [S::F32; 2]) {
         let (area, first) = (valleys.area, group * S::LANES);
-        // Lanes that are narrower than a patch lie beside each other in it.
+        // Groups that are narrower than a patch lie beside each other in it.
         let (x, y) = (vertices.x0 + (first % PATCH) as i64, vertices.y0 + (first / PATCH) as i64);
         let index = (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
         let lanes = InRows { index, width: area.width(), across: Self::ACROSS };
@@ -537,7 +539,7 @@ impl<S: Simd> PatchLanes<S> {
     }
 }
 
-/// What the side of the segment is like that is lowest in each lane.
+/// The side of the segment that is lowest, in each lane.
 struct Owner<S: Simd> {
     level: S::F32,
     cross: S::F32,
@@ -549,7 +551,7 @@ struct Owner<S: Simd> {
 }
 
 impl<S: Simd> Owner<S> {
-    /// Of segments by their index, one in each lane; nothing where there is none.
+    /// Returns the sides of segments, one in each lane, given by index; zeros where there is no segment.
     #[inline(always)]
     fn of(simd: S, segments: &Columns, owners: &[u32], common: Floor, at: [S::F32; 2]) -> Owner<S> {
         let zero = simd.splat(0.0);
@@ -577,12 +579,12 @@ impl<S: Simd> Owner<S> {
     }
 }
 
-/// Lanes that hold parts of rows of nodes, each so long, below each other.
+/// Lanes that hold parts of rows of nodes, one below the other, each `across` nodes long.
 #[derive(Clone, Copy)]
 pub struct InRows {
     /// The first node's number in the order of all nodes.
     index: usize,
-    /// Nodes a row.
+    /// Nodes in a row.
     width: usize,
     across: usize,
 }
@@ -618,7 +620,8 @@ impl InRows {
     }
 }
 
-/// The segments that may be lowest somewhere, by their index, of those whose reach goes on for so many metres.
+/// Returns the indices of the segments that may be lowest somewhere and whose reach goes on for `least_m` metres or
+/// more.
 #[inline(always)]
 fn lowest<'a>(segments: &'a Columns, limits: &'a SegmentLimits, least_m: f32) -> impl Iterator<Item = usize> + 'a {
     let may_be = move |index: &usize| {

@@ -1,4 +1,5 @@
-//! The sides of valleys in lanes: segments in columns, and how high the side that rises from one is at a point.
+//! The sides of valleys in lanes: segments in columns, and the height at a point of the valley side that rises from a
+//! segment.
 
 use super::fields::Fields;
 use super::point::GRAINS;
@@ -6,21 +7,22 @@ use super::segment::{LEVEE, LEVEE_FALLS, LEVEE_RISES, LEVEL, Reach, Segment};
 use crate::geometry::lerp;
 use crate::simd::{MAX_LANES, Simd};
 
-/// What wide water rises sideways, as a share of the hillside's slope: enough for a vertex to belong to the nearest
-/// place of a river and not to one further down.
+/// Rise of wide water towards its edges, as a share of the hillside's slope: enough for a vertex to belong to the
+/// nearest place of a river and not to a place further downstream.
 pub const CROSS_FALL: f32 = 0.02;
 
-/// What all floors rise sideways, as a share of the hillside's slope: next to nothing, so that no two vertices are
-/// equally high.
+/// Rise of all floors towards their sides, as a share of the hillside's slope: next to nothing, so that no two vertices
+/// are equally high.
 const FLOOR_FALL: f32 = 0.001;
 
-/// Half width in vertices of the least bed: its floor is level across, so that in whichever direction it runs an
-/// unbroken line of vertices lies in it, each lower than the one before. More than half a diagonal, for the warp
-/// stretches lengths.
+/// Half width in vertices of the narrowest bed. Its floor is level across, so that in whichever direction it runs an
+/// unbroken line of vertices lies in it, each lower than the one before. The width is more than half a diagonal,
+/// because the warp stretches lengths.
 pub const LEAST_HALF_WIDTH: f64 = 1.0;
 
-/// Share of a segment's reach from which on its side is steeper, and how much, as a share of the hillside's slope: so what is
-/// beside bare land has become lowest before the reach ends, where its patches would show as steps. Chosen by eye.
+/// Share of a segment's reach from which on its side is steeper, and the additional slope, as a share of the
+/// hillside's. So the side beside bare land becomes lowest before the reach ends; otherwise the borders of patches
+/// would show there as steps. Chosen by eye.
 const FAR: f32 = 0.8;
 pub const FAR_STEEPER: f32 = 1.5;
 
@@ -37,14 +39,15 @@ pub struct Columns {
     pub river: [Vec<f32>; 2],
     pub flood_plain: [Vec<f32>; 2],
     pub riser: [Vec<f32>; 2],
-    /// What its level changes along a metre of it.
+    /// Change of a segment's level per metre along it.
     pub bed_change: Vec<f32>,
-    /// What its side has risen changes along a metre of it at most, by all of its widths, as metres of the hillside's slope.
+    /// Largest change per metre along a segment of the rise of its side, by all changes of its widths, for a hillside
+    /// of slope 1.
     pub floor_change: Vec<f32>,
-    /// What its slope across changes along a metre of it.
+    /// Change of a segment's slope across the channel per metre along it.
     pub cross_change: Vec<f32>,
     pub reach: Vec<f32>,
-    /// Height of the water that stands over it, of a lake or the sea.
+    /// Height in metres of the lake or the sea that stands over a segment.
     pub pool: Vec<f32>,
     pub channel: Vec<u32>,
     pub number: Vec<u32>,
@@ -52,7 +55,7 @@ pub struct Columns {
 
 impl Columns {
     pub fn clear(&mut self) {
-        // Taken apart without a rest: a column that is forgotten here does not compile.
+        // Destructured without `..`, so that a column that is forgotten here does not compile.
         let Columns {
             from,
             along,
@@ -82,10 +85,11 @@ impl Columns {
         number.clear();
     }
 
-    /// Adds a segment that is given in grains, from the segments' own origin, which matters so far.
+    /// Adds a segment, which is given in grains from the segments' own origin and matters within `reach`.
     pub fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, reach: Reach) {
         let metres = fields.metres_a_grain();
-        // The value at the upper end and the change to the lower one: a place between takes a product and a sum.
+        // A pair is the value at the upper end and the change to the lower one, so a place between takes a product and
+        // a sum.
         let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
         let level = pair(segment.level_m);
         let cross = pair(segment.cross);
@@ -100,7 +104,8 @@ impl Columns {
         let along = segment.along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
         for axis in [0, 1] {
-            // Coarse where the origin is far: before a block measures, it puts places from its own corner here.
+            // Inexact if the origin is far. Before a block is measured, these are replaced by places relative to its
+            // own corner.
             self.from[axis].push((segment.from[axis] * metres) as f32);
             self.along[axis].push(along[axis]);
             self.level[axis].push(level[axis]);
@@ -112,25 +117,26 @@ impl Columns {
             self.riser[axis].push(riser[axis]);
         }
         self.per_square.push(1.0 / square);
-        // All changes are added, though seldom do all act at a place: the bound may be too wide, but never too narrow.
+        // All changes are added, though seldom do all act at one place: the bound may be too wide, but never too
+        // narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
-        // What the lean acts on is no more than the floor.
+        // The lean acts on no more than the width of the floor.
         let widest = (segment.widest_trough() * metres) as f32 + river[0].max(river[0] + river[1]);
         let floor = change(trough) + change(lean) * widest + change(river);
         let terraces = segment.terraces as f32 * (change(trough) + change(river) + change(flood_plain) + change(riser));
-        // A levee rises and falls less than its river becomes broader.
+        // The height of a levee changes less than the width of its river.
         let levees = if segment.levees > 0.0 { change(river) } else { 0.0 };
         self.bed_change.push(change(level));
         self.floor_change.push(floor + terraces + levees);
         self.cross_change.push(change(cross));
         self.reach.push((segment.reach(reach) * metres) as f32);
-        // Finite, for it is reckoned with.
+        // Finite, because the lanes compute with it.
         self.pool.push(segment.pool_m.max(fields.sea_level_m()).max(-1e9) as f32);
         self.channel.push(segment.channel);
         self.number.push(number);
     }
 
-    /// Adds a segment of others.
+    /// Adds a segment of other columns.
     pub fn push_from(&mut self, other: &Columns, index: usize) {
         for axis in [0, 1] {
             self.from[axis].push(other.from[axis][index]);
@@ -153,7 +159,7 @@ impl Columns {
         self.number.push(other.number[index]);
     }
 
-    /// Fills the last lanes with segments that do not matter: they are too far, and their reach is 0.
+    /// Fills the last lanes with segments that do not matter: they are too far away, and their reach is 0.
     pub fn pad(&mut self) {
         while !self.number.len().is_multiple_of(MAX_LANES) {
             for axis in [0, 1] {
@@ -175,24 +181,24 @@ impl Columns {
             self.reach.push(0.0);
             self.pool.push(0.0);
             self.channel.push(u32::MAX);
-            // No segment has this number, by which what is chosen later leaves these out.
+            // No segment has this number, so later choices can tell these lanes and leave them out.
             self.number.push(u32::MAX);
         }
     }
 }
 
-/// What the floors of all valleys of a world have in common.
+/// The properties that the floors of all valleys of a world share.
 #[derive(Clone, Copy)]
 pub struct Floor {
     /// Half width in metres of the part of a river that is level across.
     pub level_m: f32,
-    /// How high levees are, as a share of the most.
+    /// Height of levees, as a share of the greatest height.
     pub levees: f32,
-    /// Terraces from the flood plain to the side.
+    /// Number of terraces from the flood plain to the side.
     pub terraces: u32,
 }
 
-/// Segments in lanes, or one in all of them.
+/// Segments, one in each lane, or a single segment in all of them.
 #[derive(Clone, Copy)]
 pub struct LaneSegment<S: Simd> {
     from: [S::F32; 2],
@@ -205,7 +211,7 @@ pub struct LaneSegment<S: Simd> {
     river: [S::F32; 2],
     flood_plain: [S::F32; 2],
     riser: [S::F32; 2],
-    /// Metres from it from which on its side is steeper.
+    /// Distance in metres from the segment from which on its side is steeper.
     pub far: S::F32,
     pool: S::F32,
     floor: Floor,
@@ -214,13 +220,13 @@ pub struct LaneSegment<S: Simd> {
 /// The side of a segment's valley at a point.
 pub struct LaneSide<S: Simd> {
     pub level: S::F32,
-    /// What the slope of the hillside is multiplied by.
+    /// Metres that the side has risen on a hillside of slope 1: the factor of the hillside's slope.
     pub rise: S::F32,
     /// The slope across the channel, as a share of the hillside's.
     pub cross: S::F32,
-    /// How steep the floor is there, as a share of what the side is further up.
+    /// Slope of the side at the point, as a share of its slope further up.
     pub floor: S::F32,
-    /// How the bed rises, in metres a metre.
+    /// Gradient of the bed, in metres a metre.
     pub bed: [S::F32; 2],
     pub off: [S::F32; 2],
     pub distance: S::F32,
@@ -272,14 +278,14 @@ impl<S: Simd> LaneSegment<S> {
         }
     }
 
-    /// The greatest slope across it, as a share of the hillside's, and no less than that.
+    /// Returns the greatest slope across the segment, as a share of the hillside's, but 1 at least.
     #[inline(always)]
     pub fn steepest_cross(&self, simd: S) -> S::F32 {
         let ends = simd.max(self.cross[0], self.cross[0] + self.cross[1]);
         simd.max(ends, simd.splat(1.0))
     }
 
-    /// Metres of water over its bed where that is so high.
+    /// Returns the metres of water over the segment's bed where the bed lies at `level`.
     #[inline(always)]
     pub fn open(&self, simd: S, level: S::F32) -> S::F32 {
         simd.max(self.pool - level, simd.splat(0.0))
@@ -290,28 +296,30 @@ impl<S: Simd> LaneSegment<S> {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         // The nearest place of the segment.
         let off = [at[0] - self.from[0], at[1] - self.from[1]];
-        // The square of the length is divided by once a segment, and here only multiplied with.
+        // The division by the square of the length is done once a segment; here it is a multiplication.
         let share = (off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square;
         let share = simd.min(simd.max(share, zero), one);
         let off = [off[0] - self.along[0] * share, off[1] - self.along[1] * share];
         let square = off[0] * off[0] + off[1] * off[1];
-        // What the channel is like there.
+        // The channel's properties there.
         let trough = self.trough[0] + self.trough[1] * share;
         let lean = self.lean[0] + self.lean[1] * share;
         let river = self.river[0] + self.river[1] * share;
         let distance = simd.sqrt(square);
-        // The side: level as far as the water is wide, rounded at the foot, then straight; and what the floor leans.
+        // The side is level as far as the water is wide, rounded at the foot, then straight; and the floor leans.
         let cross = self.cross[0] + self.cross[1] * share;
         let dry = simd.max(distance - river, zero);
         let level = trough * simd.splat(LEVEL as f32);
         let beyond = simd.max(distance - simd.max(river, level), zero);
         let round = trough * simd.splat(1.0 - LEVEL as f32);
         let root = simd.sqrt(beyond * beyond + round * round);
-        // Where water stands it is level, and at the edge of a floor without a rounding there is no root.
+        // In the water the side has not risen. Without a rounded foot `root` is 0 at the edge of the floor, so the
+        // divisor has a minimum.
         let (mut risen, straight) = (root - round, beyond / simd.max(root, simd.splat(1e-3)));
         if self.floor.terraces > 0 {
-            // From the flood plain to the foot of the side, equally far apart and as steep as the side; but too low for gullies,
-            // whose furrows would go on across the treads, so they do not count for how steep the floor is.
+            // Terraces are equally far apart from the flood plain to the foot of the side, and their risers are as
+            // steep as the side. But they are too low for gullies, whose furrows would go on across the treads, so they
+            // do not count in the slope of the floor.
             let flood_plain = simd.max(self.flood_plain[0] + self.flood_plain[1] * share, river);
             let tread = simd.max(level - flood_plain, zero) * simd.splat(1.0 / self.floor.terraces as f32);
             let riser = simd.min(self.riser[0] + self.riser[1] * share, tread);
@@ -321,7 +329,7 @@ impl<S: Simd> LaneSegment<S> {
             }
         }
         if self.floor.levees > 0.0 {
-            // As high as there is room for it to fall again on the level floor.
+            // As high as leaves room for the levee to fall again on the level floor.
             let room =
                 simd.max(level - river, zero) * simd.splat((1.0 / (1.0 / LEVEE_RISES + 1.0 / LEVEE_FALLS)) as f32);
             let height = simd.min(river * simd.splat(self.floor.levees * LEVEE as f32), room);
@@ -330,13 +338,12 @@ impl<S: Simd> LaneSegment<S> {
             risen = risen + simd.max(simd.min(dry * simd.splat(LEVEE_RISES as f32), falling), zero);
         }
         let rise = (risen + lean * (dry - risen)) * cross;
-        // Water is level, but for next to nothing.
-        // As far as the river's edge and no further: beyond, the valley's side rises enough. The greater of both
-        // counts, so that on the level floor, too, vertices differ.
+        // Water is almost level: it rises a little up to the river's edge, beyond which the valley's side rises enough.
+        // The greater of both rises counts, so that vertices of the level floor differ, too.
         let sideways = (simd.min(distance, river) - simd.splat(self.floor.level_m)) * simd.splat(CROSS_FALL);
         let rise = rise + simd.max(sideways, distance * simd.splat(FLOOR_FALL));
         let rise = rise + simd.max(distance - self.far, zero) * simd.splat(FAR_STEEPER);
-        // Beyond the ends of the segment it is level along it.
+        // Beyond the ends of the segment the bed is level along it.
         let fall = self.level[1] * self.per_square;
         let fall = simd.select(simd.lt(zero, share), simd.select(simd.lt(share, one), fall, zero), zero);
         let bed = [self.along[0] * fall, self.along[1] * fall];

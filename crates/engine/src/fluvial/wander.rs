@@ -1,7 +1,7 @@
-//! How channels wander off the straight, at all scales, without coming across each other.
+//! Wandering: how channels leave the straight line, at all scales, without crossing each other.
 //!
-//! A channel keeps to a tube around its straight course that is narrower than half of the way to the next course: so no
-//! two tubes meet, whichever channel is asked for first.
+//! A channel stays in a tube around its straight course that is narrower than half of the distance to the next course.
+//! So no two tubes meet, whichever channel is made first.
 //!
 //! Based on: A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, 1982 (midpoint
 //! displacement).
@@ -10,25 +10,25 @@ use super::point::chance;
 use crate::geometry::{LineSegment, length};
 use crate::hash::Draw;
 
-/// How far the middle of a stretch lies to the side at most, as a share of its length.
+/// Greatest sideways displacement of the middle of a stretch, as a share of the stretch's length.
 ///
-/// What each halving adds to the length of a channel is what makes long rivers longer than their basins are wide:
-/// Hack's law. Half is a corner of 90 degrees, at most.
+/// The length that each halving adds to a channel makes long rivers longer than their basins are wide: Hack's law. With
+/// a half, corners are at most 90 degrees.
 const SWING: f64 = 0.5;
 
-/// How far a channel lies to the side of its course at most, as a share of its length: what each halving adds to half of what
-/// two have before, 1/2 + 1/8 + 1/32 and so on.
+/// Greatest distance of a channel from its course, as a share of its length. Each halving adds its own swing to at most
+/// the mean of two neighbours: 1/2 + 1/8 + 1/32 and so on.
 pub const MOST_ASIDE: f64 = 2.0 / 3.0;
 
-/// How much of the way to the next course a channel may take: less than a half, so that two never meet, with some room
-/// for their widths.
+/// Share of the distance to the next course that a channel may use: less than a half, so that two channels never meet,
+/// and leave some room for their widths.
 const TUBE: f64 = 0.4;
 
-/// Cosine of the least turn that is a corner: ten degrees.
+/// Cosine of the least turn that counts as a corner: ten degrees.
 const STRAIGHT: f64 = 0.985;
 
-/// Shares of a channel's length by which it lies to the side at the ends of its segments, whose number is a power of
-/// two; 0 at both ends.
+/// Returns the sideways offsets of a channel at the ends of its segments, as shares of its length. The number of
+/// segments is a power of two; both ends have offset 0.
 pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
     // Midpoint displacement: the middle of each stretch moves to the side, then the middles of its halves.
     let mut offsets = vec![0.0; segments + 1];
@@ -45,16 +45,16 @@ pub fn offsets(seed: u64, id: (i64, i64), segments: usize) -> Vec<f64> {
     offsets
 }
 
-/// The largest of these [`offsets`], to whichever side: a bound that is known without what is around.
+/// Returns the largest of these [`offsets`] to either side: a bound that needs no neighbouring channels.
 pub fn most_aside(seed: u64, id: (i64, i64), segments: usize) -> f64 {
     offsets(seed, id, segments).into_iter().fold(0.0, |most, offset| offset.abs().max(most))
 }
 
-/// The same without what is shorter than some segments: smooth from each such stretch to the next.
+/// Returns the same offsets without swings shorter than `stretch` segments, interpolated smoothly.
 pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize) -> Vec<f64> {
     let coarse = offsets(seed, id, segments / stretch);
     let last = coarse.len() - 1;
-    // Hermite's cubic between the coarse ones, by the slopes across each; level at both ends.
+    // Hermite's cubic between the coarse offsets, with the slopes across each; level at both ends.
     let slope = |at: usize| if at == 0 || at == last { 0.0 } else { (coarse[at + 1] - coarse[at - 1]) / 2.0 };
     let at = |step: usize| {
         let (from, t) = (step / stretch, (step % stretch) as f64 / stretch as f64);
@@ -68,23 +68,23 @@ pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize
     (0..=segments).map(at).collect()
 }
 
-/// How far each place of a course may lie to the side, by what the lines of the courses around leave it, and at most so
-/// far; nothing at both ends.
+/// Returns the distance by which each place of a course may lie to the side, at most `most`: a share of the distance to
+/// the nearest line around; 0 at both ends.
 pub fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
     let last = course.len() - 1;
     let (ends, reach) = (LineSegment::between(course[0], course[last]), most / TUBE);
     let middle = [0, 1].map(|axis| ends.from[axis] + 0.5 * ends.along[axis]);
     let extent = course.iter().map(|at| length([at[0] - middle[0], at[1] - middle[1]])).fold(0.0, f64::max);
     let around: Vec<&LineSegment> = around.iter().filter(|line| line.touches(middle, reach + extent)).collect();
-    // Half of the way to the nearest line around would be a place as near to that as to its own course. After each knot
-    // places up to the next one are looked at, where the room may be less than at both.
+    // At half of the distance to the nearest line, a place would be as near to that line as to its own course. Places
+    // between two knots are examined too, as the room there may be less than at both knots.
     let after = |knot: usize| {
         let part = LineSegment::between(course[knot], course[knot + 1]);
         let at = |share: f64| [0, 1].map(|axis| part.from[axis] + part.along[axis] * share);
         let (middle, half) = (at(0.5), 0.5 * length(part.along));
         let mut least = [reach; 2];
         for line in &around {
-            // Only what may come nearer than all before is looked at closely.
+            // Skip lines that cannot be nearer than all before.
             if line.touches(middle, least[0].max(least[1]) + half) {
                 let between = [0.25, 0.5, 0.75].map(|share| line.distance(at(share)));
                 least = [least[0].min(line.distance(part.from)), between.into_iter().fold(least[1], f64::min)];
@@ -100,12 +100,14 @@ pub fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64>
     (0..=last).map(at).collect()
 }
 
-/// Draws offsets to the course, so that they change by no more than so much from one place to the next: what only fits into
-/// its room because it is cut off would turn a corner from one side of it to the other.
+/// Moves offsets towards the course, so that they change by at most `most_change` from one place to the next. Where
+/// offsets are clamped to their room, the channel would otherwise turn a corner from one side of the course to the
+/// other.
 pub fn draw_in(offsets: &mut [f64], most_change: f64) {
     let last = offsets.len() - 1;
     for side in [1.0, -1.0] {
-        // What lies on one side, and on the other side nothing: down to that it comes gradually, from either end.
+        // Looks at one side at a time, with offsets to the other side taken as 0, and limits the change from either
+        // end.
         let mut limit = |at: usize, beside: usize| {
             let most = (side * offsets[beside]).max(0.0) + most_change;
             if side * offsets[at] > most {
@@ -117,14 +119,14 @@ pub fn draw_in(offsets: &mut [f64], most_change: f64) {
     }
 }
 
-/// The places of a course once they are moved to the side by `offsets`, in the unit of the course.
+/// Returns the places of a course moved sideways by `offsets`, in the unit of the course.
 pub fn moved(course: &[[f64; 2]], offsets: &[f64]) -> Vec<[f64; 2]> {
     let last = course.len() - 1;
     let at = |knot: usize| {
         if knot == 0 || knot == last {
             return course[knot];
         }
-        // At right angles to the way from the knot before to the one after.
+        // At right angles to the line from the knot before to the knot after.
         let (before, after) = (course[knot - 1], course[knot + 1]);
         let way = [after[0] - before[0], after[1] - before[1]];
         let scale = offsets[knot] / length(way).max(1.0);
@@ -133,7 +135,7 @@ pub fn moved(course: &[[f64; 2]], offsets: &[f64]) -> Vec<[f64; 2]> {
     (0..=last).map(at).collect()
 }
 
-/// A course whose corners are cut: each by a quarter of what leads to it and away from it.
+/// Cuts the corners of a course, each by a quarter of the segments before and after it.
 ///
 /// Based on: G. Chaikin, An algorithm for high-speed curve generation, 1974.
 pub fn rounded(course: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -141,7 +143,7 @@ pub fn rounded(course: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let corners = course.windows(3).flat_map(|three| {
         let (before, after) = (LineSegment::between(three[0], three[1]), LineSegment::between(three[1], three[2]));
         let dot = before.along[0] * after.along[0] + before.along[1] * after.along[1];
-        // Where it hardly turns there is nothing to cut.
+        // Where the course hardly turns, there is no corner to cut.
         if dot > STRAIGHT * length(before.along) * length(after.along) {
             vec![three[1]]
         } else {

@@ -1,6 +1,7 @@
-//! The warp: what bends the straight lines of the network, and crests and hillsides with them.
+//! The warp: a displacement of the plane that bends the straight lines of the network, and crests and hillsides with
+//! them.
 //!
-//! The land at a vertex is that of the network's plane at the vertex displaced by smooth noise. The displacement
+//! The land at a vertex is the land of the network's plane at that vertex displaced by smooth noise. The displacement
 //! changes by less than a vertex from one vertex to the next, so the plane is bent but never folded: lines that do not
 //! cross in the network do not cross in the world.
 
@@ -17,27 +18,27 @@ use crate::noise::{Fractal, FractalKind, FractalSpec};
 /// Displacements east and south of all vertices.
 #[derive(Debug)]
 pub struct Warp {
-    /// On the lattice of the vertices, of every second vertex, every fourth and so on, each with those of its octaves that its
-    /// nodes show; further on there are none.
+    /// Noise on the lattice of the vertices, of every second vertex, every fourth and so on, each with the octaves that
+    /// its nodes can show. Coarser lattices have no entry and are not displaced.
     axes: Vec<[Fractal; 2]>,
     distance_m: f32,
     spacing_m: f64,
     patches: Memory<(i64, i64), [Vec<f32>; 2]>,
 }
 
-/// Nodes of an area, and where each is read in the network's plane.
+/// Nodes of an area, with the displacement at which each is read in the network's plane.
 #[derive(Clone, Debug)]
 pub struct Displaced {
     /// The nodes.
     pub area: Area,
-    /// Vertices from a node to the next, a power of two; with 1 the nodes are the vertices.
+    /// Vertices from one node to the next, a power of two; with 1 the nodes are the vertices.
     pub step: i64,
     /// Metres by which each node is displaced, east and south.
     pub metres: [Vec<f32>; 2],
 }
 
 impl Displaced {
-    /// The least and the greatest metres by which a node of a part is displaced, east and south.
+    /// Returns the least and the greatest displacement in metres of the nodes of a part, east and south.
     pub fn extremes(&self, part: Area) -> [[f32; 2]; 2] {
         const LANES: usize = 8;
         let (mut least, mut greatest) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -45,7 +46,7 @@ impl Displaced {
             let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
             let mut take = |values: &[f32]| {
                 for ((low, high), value) in low.iter_mut().zip(&mut high).zip(values) {
-                    // Not `min` and `max`, which also ask for what is no number.
+                    // Not `min` and `max`, which also check for NaN.
                     *low = if *value < *low { *value } else { *low };
                     *high = if *value > *high { *value } else { *high };
                 }
@@ -63,16 +64,17 @@ impl Displaced {
     }
 }
 
-/// Octaves of the displacement, and the wavelength of the longest in cells of the finest level: from the valleys of the middle
-/// levels down to little more than those of the finest. With H above 1 each octave bends the plane less than the one before.
+/// Octaves of the displacement, and wavelength of the longest in cells of the finest level: from the valleys of the
+/// middle levels down to little more than those of the finest. With H above 1, each octave bends the plane less than
+/// the one before.
 const OCTAVES: u32 = 5;
 const LONGEST: f64 = 16.0;
 const H: f64 = 1.6;
 
-/// Nodes that a wave is long at least that they show: the shortest ones move a place by a few metres.
+/// Least wavelength, in nodes, of an octave that nodes show: the shortest octaves move a place by only a few metres.
 const LEAST_WAVE: f64 = 1.0;
 
-/// Cells a side of a patch of displacements that is remembered.
+/// Cells a side of a cached patch of displacements.
 const PATCH: i64 = 64;
 
 impl Warp {
@@ -95,12 +97,13 @@ impl Warp {
         }
     }
 
-    /// Its memories.
+    /// Returns the caches of the warp.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.patches]
     }
 
-    /// Metres by which the nodes of an area are displaced, east and south: every `step`th vertex, a power of two.
+    /// Returns the displacements in metres of the nodes of an area, east and south. Nodes are every `step`th vertex, a
+    /// power of two.
     pub fn fill(&self, area: Area, step: i64) -> Displaced {
         let mut metres = [vec![0.0; area.len()], vec![0.0; area.len()]];
         if let Some(axes) = self.axes.get(step.trailing_zeros() as usize) {
@@ -114,14 +117,15 @@ impl Warp {
         Displaced { area, step, metres }
     }
 
-    /// The rectangle of the network's plane in which the nodes of an area are read, those past its edges included.
+    /// Returns the rectangle of the network's plane in which the nodes of an area are read, those past its edges
+    /// included.
     pub fn input(&self, area: Area, step: i64) -> [Point; 2] {
         let pad = self.most_m().map(|metres| (metres / self.spacing_m * GRAINS as f64).ceil());
         let [low, high] = [(area.x0, area.y0), (area.x1, area.y1)].map(|(x, y)| Point::at_vertex(x * step, y * step));
         [low.moved(pad.map(|grains| -grains)), high.moved(pad)]
     }
 
-    /// Metres that no displacement exceeds, east and south.
+    /// Greatest displacement in metres, east and south.
     pub fn most_m(&self) -> [f64; 2] {
         self.axes[0].each_ref().map(|fractal| {
             let (low, high) = fractal.bounds();
@@ -129,31 +133,31 @@ impl Warp {
         })
     }
 
-    /// The displacement of single points.
+    /// Returns a reader for the displacement of single points.
     pub fn points(&self) -> WarpPoints<'_> {
         WarpPoints { warp: self, last: None }
     }
 }
 
-/// The displacement of single points, one near the other: the last patch is at hand.
+/// The displacement of single points close to each other: it keeps the last patch.
 #[derive(Debug)]
 pub struct WarpPoints<'a> {
     warp: &'a Warp,
     last: Option<LastPatch>,
 }
 
-/// The column and row of a patch, and its metres east and south.
+/// The column and row of a patch, and its displacements in metres east and south.
 type LastPatch = ((i64, i64), Arc<[Vec<f32>; 2]>);
 
 impl WarpPoints<'_> {
-    /// The point of the world that is displaced to a point of the network.
+    /// Returns the point of the world that is displaced to a point of the network.
     ///
-    /// By Newton's method: where the plane is bent most, going by what is missing alone leads ever further away.
+    /// Solved by Newton's method: where the plane is bent most, a fixed-point iteration diverges.
     pub fn undo(&mut self, network: Point) -> Point {
         self.undo_from(network, network)
     }
 
-    /// The same, looked for from a place on: the nearer, the sooner it is found.
+    /// Does the same, starting from a place: the closer it is, the fewer steps are needed.
     pub fn undo_from(&mut self, network: Point, mut world: Point) -> Point {
         const STEPS: usize = 40;
         const SHORTEST: f64 = 1.0 / 64.0;
@@ -165,17 +169,17 @@ impl WarpPoints<'_> {
         let mut by = self.at(world);
         let mut left = missing(world, by);
         for _ in 0..STEPS {
-            // What a vertex east and a vertex south of here change.
+            // The derivatives: how the displaced point changes one vertex east and one vertex south of here.
             let vertex = GRAINS as f64;
             let [east, south] = [[vertex, 0.0], [0.0, vertex]].map(|step| {
                 let there = self.at(world.moved(step));
                 [0, 1].map(|axis| (step[axis] + there[axis] - by[axis]) / vertex)
             });
-            // Not so little, even where the plane is nearly folded, that the way would lead out of the world.
+            // A least determinant, so that no step leaves the world where the plane is nearly folded.
             let area = (east[0] * south[1] - east[1] * south[0]).max(LEAST_AREA);
             let way =
                 [(south[1] * left[0] - south[0] * left[1]) / area, (east[0] * left[1] - east[1] * left[0]) / area];
-            // Less far where the whole way leads past it, as long as it leads anywhere.
+            // Shorten the step while the whole step would overshoot.
             let shares = std::iter::successors(Some(1.0), |share| Some(share / 2.0));
             let nexts =
                 shares.take_while(|share| *share >= SHORTEST).map(|share| world.moved(way.map(|part| part * share)));
@@ -190,7 +194,7 @@ impl WarpPoints<'_> {
         world
     }
 
-    /// The displacement of any point in grains: that of the four vertices around it, mixed.
+    /// Returns the displacement in grains of any point, interpolated between the four vertices around it.
     fn at(&mut self, point: Point) -> [f64; 2] {
         let vertex = (point.x.div_euclid(GRAINS), point.y.div_euclid(GRAINS));
         let patch = (vertex.0.div_euclid(PATCH), vertex.1.div_euclid(PATCH));
@@ -229,7 +233,7 @@ mod tests {
             let fields = Fields::new(settings, preset.spacing_m, preset.sea_level_m, seed);
             let warp = Warp::new(&fields, preset.spacing_m, seed);
             let mut points = warp.points();
-            // Over the whole of a region, for the plane is bent most in few places.
+            // The test covers a whole region, as the plane is bent most in few places.
             for place in 0..64 * 64 {
                 let world = Point::at_vertex(place % 64 * 32, place / 64 * 32);
                 let network = world.moved(points.at(world));

@@ -1,4 +1,4 @@
-//! Water: beds, lakes and the sea, cut into the land.
+//! Water: cuts beds into the land, and fills in rivers, lakes and the sea.
 
 use super::fields::{Fields, river_depth_m};
 use super::lift::Lift;
@@ -14,54 +14,53 @@ use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 use crate::stop;
 
-/// Half width in vertices of the widest bed that a brook has where the warp draws vertices apart.
+/// Half width in vertices of the widest bed of a brook, for places where the warp draws vertices apart.
 const MOST_HALF_WIDTH: f64 = 3.0;
 
-/// Half width of a brook's bed at least, as a share of the way from a vertex to the next: a half, and some more for
-/// bends.
+/// Least half width of a brook's bed, as a share of the distance between vertices: a half, and some more for bends.
 const BED_SHARE: f32 = 0.6;
 
-/// What the floor of a wide river falls from its banks to its middle line, as a share of its depth: the water of a wide
-/// bed runs there, and not along a bank.
+/// Fall of a wide river's floor from its banks to its middle line, as a share of its depth: so that the water of a wide
+/// bed runs in the middle, and not along a bank.
 const BED_FALL: f32 = 0.3;
 
-/// Half width of the middle of a river, which is flat across, as a share of a brook's: enough that inside of a bend no
-/// vertex lies between it and the next one downstream.
+/// Half width of the flat middle of a river, as a share of a brook's: wide enough that on the inside of a bend no
+/// vertex lies between a vertex of the middle and the next one downstream.
 const MIDDLE: f32 = 1.25;
 
-/// Width of a bank as a share of the river's half width, and its depth at its outer edge as a share of the river's.
+/// Width of a bank as a share of the river's half width, and depth at its outer edge as a share of the river's depth.
 /// Chosen by eye.
 const BANK: f32 = 0.3;
 const LEAST_BANK: f32 = 0.1;
 
-/// How far a point bar comes into the river on the inside of the sharpest bends, as a share of its half width, and how much
-/// broader and narrower the banks are on the inside and on the outside, as shares of what they are on a straight reach.
-/// Chosen by eye.
+/// Width of the point bar on the inside of the sharpest bends, as a share of the river's half width; and how much wider
+/// banks are on the inside and narrower on the outside, as shares of their width on a straight reach. Chosen by eye.
 const BAR: f32 = 0.55;
 const INNER_BANK: f32 = 1.0;
 const OUTER_BANK: f32 = 0.6;
 
-/// Metres that the land may lie above a river's water for a bar to be there: where it does, another valley has cut into the bed.
+/// Greatest height in metres of the land above a river's water where a bar may lie. Where the land is higher, another
+/// valley has cut into the bed.
 const BAR_M: f32 = 0.25;
 
-/// What a bed rises at most where the land around it does, as a share of its depth: next to nothing, but enough that no
-/// two vertices beside each other are equally high.
+/// Greatest rise of a bed with the land around it, as a share of its depth: next to nothing, but enough that no two
+/// neighbouring vertices are equally high.
 const BED_RISE: f32 = 0.05;
 
-/// Depth of the water where it runs over land as low as its bed, as a share of the river's.
+/// Depth of the water where it runs over land as low as its bed, as a share of the river's depth.
 const LEAST_DEPTH: f32 = 0.1;
 
-/// Depth that no lake has, as a share of the widest one's half width: what was deeper is filled with what its streams
-/// have left there. Chosen by eye.
+/// Bound on the depth of all lakes, as a share of the half width of the widest: deeper hollows are filled with sediment
+/// of their streams. Chosen by eye.
 pub const LAKE_DEPTH: f32 = 0.1;
 
-/// Metres that a lake is deep at least where it is one.
+/// Least depth of a lake in metres.
 const LEAST_LAKE_M: f32 = 0.01;
 
-/// Vertices a side of the blocks for which the beds that may hold one are found.
+/// Vertices a side of a block. For each block the beds that may hold one of its vertices are found together.
 const BLOCK: usize = 8;
 
-/// The area whose warp water reads: that of the vertices beside a vertex tells how far apart they are.
+/// Returns the area whose warp water reads: the neighbours of a vertex tell how far apart the warp draws vertices.
 pub fn input(area: Area) -> Area {
     area.padded(1)
 }
@@ -71,38 +70,38 @@ pub fn input(area: Area) -> Area {
 pub struct ShownRivers {
     /// Metres between nodes.
     pub spacing_m: f32,
-    /// Discharge in cubic metres a second from which on a channel holds one.
+    /// Discharge in cubic metres a second from which on a channel holds a river.
     pub least_m3s: f64,
-    /// Whether they are cut into the land also where they are narrower than that.
+    /// True if rivers narrower than the spacing of nodes are cut into the land too.
     pub cuts_narrow: bool,
 }
 
-/// Cuts beds and fills in water.
+/// The stage that cuts beds and fills in water.
 pub struct FillWater<'a> {
     fields: &'a Fields,
     lift: &'a Lift,
     skerries: Option<AreaSkerries<'a>>,
-    /// Metres between nodes as wide as which a river is at least, so that it is unbroken.
+    /// Metres between nodes. A river is at least as wide as that, so that it is unbroken.
     spacing_m: f32,
-    /// Whether rivers are cut into the land that are narrower than that: not where they are shown from afar.
+    /// True if rivers narrower than the spacing are cut into the land. At coarse strides they are not.
     cuts_narrow: bool,
     /// Discharge in cubic metres a second from which on a channel holds water.
     least_m3s: f64,
     segments: &'a Segments,
     nodes: &'a Displaced,
     valleys: &'a Valleys,
-    /// Height of the coast in metres, if it is anywhere.
+    /// Height of the coast in metres; `None` if there is no coast here.
     coast_m: Option<&'a [f32]>,
     /// The beds of the segments, in their order.
     beds: Vec<SegmentBed>,
     /// The segments that hold water.
     wet: Vec<WetSegment>,
-    /// Half widths in metres of the bed of a brook: least and most.
+    /// Least and greatest half width of a brook's bed in metres.
     brook_m: [f32; 2],
     sea_m: f32,
 }
 
-/// A segment that holds water: its number, its line, and the grains beyond which it has no bed.
+/// A segment that holds water: its number, its line, and the distance in grains beyond which it has no bed.
 #[derive(Clone, Copy)]
 struct WetSegment {
     number: u32,
@@ -110,16 +109,16 @@ struct WetSegment {
     reach: f64,
 }
 
-/// The bed of a segment. Pairs are a value at its upper end, and how that changes to its lower end.
+/// The bed of a segment. Each pair is a value at the segment's upper end, and its change to the lower end.
 struct SegmentBed {
     discharge_m3s: [f64; 2],
     half_m: [f32; 2],
     deepest_m: [f32; 2],
     bend: [f32; 2],
-    /// Metres from the segment beyond which it has no bed.
+    /// Distance in metres from the segment beyond which it has no bed.
     widest_m: f32,
-    /// Height in metres of the lake over it, if there is one. Here too, as it is asked for at every vertex, and all of a
-    /// segment would be fetched for it.
+    /// Height in metres of the lake over the segment, if there is one. It is copied here because it is read at every
+    /// vertex, where the whole segment would otherwise have to be fetched.
     pool_m: f64,
 }
 
@@ -129,20 +128,21 @@ struct BedAt {
     discharge_m3s: f64,
     half_m: f32,
     deepest_m: f32,
-    /// How sharply the river bends to its right: less than 0 to its left.
+    /// Sharpness of the river's bend: above 0 to its right, below 0 to its left.
     bend: f32,
 }
 
 impl BedAt {
-    /// The half width in metres of its water at a place so far inside of its bend, 0 to 1, or outside, to -1: the rest is a
-    /// point bar, which leaves the middle of the river as it is.
+    /// Returns the half width of the water in metres. `inside` is from 0 to 1 on the inside of a bend, and down to -1
+    /// on the outside. The rest of the bed is a point bar, which leaves the middle of the river free.
     fn wet_m(&self, inside: f32, least_half_m: f32) -> f32 {
         let least_m = self.half_m.min(1.2 * MIDDLE * least_half_m);
         (self.half_m * (1.0 - BAR * inside.max(0.0))).max(least_m)
     }
 
-    /// Depth in metres at a distance from its middle line: a floor that falls to that line, and banks, where the river is wide
-    /// enough to have them. In a bend its water runs along the outside, whose bank is steep, and lays a bar along the inside.
+    /// Returns the depth in metres at a distance from the middle line: a floor that falls to that line, and banks where
+    /// the river is wide enough. In a bend the water runs along the outside, whose bank is steep, and a bar lies along
+    /// the inside.
     fn depth_m(&self, distance_m: f32, inside: f32, least_half_m: f32) -> f32 {
         let middle_m = MIDDLE * least_half_m;
         if self.half_m <= middle_m || distance_m <= middle_m {
@@ -157,7 +157,7 @@ impl BedAt {
 }
 
 impl SegmentBed {
-    /// The bed of a segment, where that of no brook is wider.
+    /// Makes the bed of a segment. `brook_m` is the greatest half width of a brook.
     fn new(fields: &Fields, segment: &Segment, brook_m: f32) -> SegmentBed {
         let pair = |upper: f32, lower: f32| [upper, lower - upper];
         let [upper, lower] = [0.0, 1.0].map(|share| {
@@ -186,7 +186,7 @@ impl SegmentBed {
     }
 }
 
-/// What there is at a vertex.
+/// Land and water at a vertex.
 struct VertexWater {
     height_m: f32,
     kind: WaterKind,
@@ -195,18 +195,18 @@ struct VertexWater {
     flow_m3s: f32,
 }
 
-/// The place of a channel that a vertex belongs to.
+/// The place of a channel to which a vertex belongs.
 #[derive(Clone, Copy)]
 struct NearestChannel {
     segment: usize,
     share: f64,
     distance_m: f32,
-    /// 1 on the right of it, -1 on its left, 0 where that does not matter.
+    /// 1 to the right of the channel, -1 to its left, 0 where the side does not matter.
     side: f32,
 }
 
 impl<'a> FillWater<'a> {
-    /// What is needed for the nodes of an area, given all that is known of them before there is water.
+    /// Prepares the stage for the nodes of an area, given their land without water.
     pub fn new(
         fields: &'a Fields,
         lift: &'a Lift,
@@ -221,7 +221,7 @@ impl<'a> FillWater<'a> {
         let beds: Vec<SegmentBed> =
             segments.all.iter().map(|segment| SegmentBed::new(fields, segment, brook_m[1])).collect();
         let is_wet = |bed: &SegmentBed| lerp(bed.discharge_m3s, 1.0) >= least_m3s;
-        // A grain more is for what is rounded: this only says what to look at closely.
+        // One grain more allows for rounding: the reach only selects segments for an exact test.
         let reach = |bed: &SegmentBed| {
             let half_m = bed.half_m[0].max(bed.half_m[0] + bed.half_m[1]);
             half_m.max(brook_m[1]) as f64 / fields.metres_a_grain() + 1.0
@@ -250,13 +250,13 @@ impl<'a> FillWater<'a> {
         }
     }
 
-    /// The same with skerries off the coast.
+    /// Adds skerries off the coast.
     #[must_use]
     pub fn with(self, skerries: Option<AreaSkerries<'a>>) -> FillWater<'a> {
         FillWater { skerries, ..self }
     }
 
-    /// Heights and water of an area, whose [`input`] must be within the nodes.
+    /// Returns heights and water of an area, whose [`input`] must lie within the nodes.
     pub fn fill(&self, area: Area) -> Land {
         let (mut heights, mut water) = (Grid::filled(area, 0.0), Water::none(area));
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
@@ -287,7 +287,7 @@ impl<'a> FillWater<'a> {
         Land { heights, water: Some(water) }
     }
 
-    /// The bounds of where the nodes of a block are read.
+    /// Returns the bounds of the displaced nodes of a block, in the plane of the network.
     fn bounds(&self, block: Area) -> Bounds {
         let displaced =
             self.nodes.extremes(block).map(|metres| metres.map(|m| m as f64 / self.fields.metres_a_grain()));
@@ -298,13 +298,13 @@ impl<'a> FillWater<'a> {
         Bounds { low, high }
     }
 
-    /// The number of a node in the order of the nodes.
+    /// Returns the index of a node in row order.
     fn index(&self, at: [i64; 2]) -> usize {
         let all = self.nodes.area;
         (at[1] - all.y0) as usize * all.width() + (at[0] - all.x0) as usize
     }
 
-    /// Grains east and south of the segments' origin at which a node lies, and by how many it is displaced from there.
+    /// Returns the place of a node in grains east and south of the segments' origin, and its displacement by the warp.
     fn place(&self, at: [i64; 2], index: usize) -> [[f64; 2]; 2] {
         let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
         [vertex, [0, 1].map(|axis| self.nodes.metres[axis][index] as f64 / self.fields.metres_a_grain())]
@@ -317,7 +317,7 @@ impl<'a> FillWater<'a> {
         let lowest_m = self.coast_m.map_or(land_m, |coast_m| coast_m[index].min(land_m));
         let number = self.valleys.segment[index] as usize;
         let own = self.beds.get(number);
-        // The coast ends a lake: beyond its edge the land falls away to the sea.
+        // The coast ends a lake: beyond the coast's edge the land falls away to the sea.
         let is_lake = own.is_some_and(|own| (land_m as f64) < own.pool_m && lowest_m == land_m);
         let lake = is_lake.then(|| &self.segments.all[number]);
         let is_near = own.is_some_and(|own| self.valleys.distance_m[index] <= own.widest_m);
@@ -342,19 +342,19 @@ impl<'a> FillWater<'a> {
         if ground_m < self.sea_m { self.off_shore(at, ground_m) } else { dry(ground_m) }
     }
 
-    /// What there is at a node where the sea's floor is so high: the sea, or a skerry.
+    /// Returns the sea, or a skerry, at a node where the sea's floor is this high.
     fn off_shore(&self, at: [i64; 2], floor_m: f32) -> VertexWater {
         let vertex = at.map(|at| at * self.nodes.step);
         let ground_m = self.skerries.as_ref().map_or(floor_m, |skerries| skerries.raised_m(vertex, floor_m));
         if ground_m < self.sea_m { self.sea(ground_m) } else { dry(ground_m) }
     }
 
-    /// The sea over a floor.
+    /// Returns the sea over a floor.
     fn sea(&self, floor_m: f32) -> VertexWater {
         VertexWater { kind: WaterKind::Sea, depth_m: self.sea_m - floor_m, ..dry(floor_m) }
     }
 
-    /// The depth in metres of the river's bed at a place, 0 beside it.
+    /// Returns the depth in metres of the river's bed at a place, 0 outside the bed.
     fn river_depth_m(&self, place: NearestChannel, least_half_m: f32) -> f32 {
         let NearestChannel { segment, share, distance_m, side } = place;
         let bed = self.beds[segment].at(share);
@@ -362,13 +362,13 @@ impl<'a> FillWater<'a> {
         if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
-    /// The lake over a valley's floor, where the bed of a river that comes to it is so deep: it goes on to where the lake is
-    /// deeper, for a step up at the shore would dam it.
+    /// Returns the lake over a valley's floor. At least as deep as the bed of a river that flows in: the bed goes on to
+    /// where the lake is deeper, as a step up at the shore would dam the river.
     fn lake(&self, index: usize, own: &Segment, floor_m: f32, river_depth_m: f32) -> VertexWater {
         let (surface_m, below_m) = (self.lift.at(own.pool_m) as f32, own.pool_m - floor_m as f64);
         let deepest_m = LAKE_DEPTH as f64 * self.fields.lake_half_width() * self.fields.metres_a_grain();
         let depth_m = ((below_m / (1.0 + below_m / deepest_m)) as f32).max(river_depth_m);
-        // What is below the sea's level is the sea.
+        // Below the sea's level there would be sea.
         let depth_m = depth_m.min(surface_m - self.sea_m - LEAST_LAKE_M).max(LEAST_LAKE_M);
         let discharge_m3s = self.fields.discharge_m3s(lerp(own.area, self.valleys.share[index] as f64));
         VertexWater {
@@ -380,7 +380,8 @@ impl<'a> FillWater<'a> {
         }
     }
 
-    /// What there is in a channel, or not far from it, given the height of the land or of the coast that is lower.
+    /// Returns land and water in a channel or close to it. `lowest_m` is the height of the land or of the coast,
+    /// whichever is lower.
     fn near_channel(&self, at: [i64; 2], place: NearestChannel, least_half_m: f32, lowest_m: f32) -> VertexWater {
         let NearestChannel { segment, share, distance_m, side } = place;
         let bed = self.beds[segment].at(share);
@@ -396,14 +397,15 @@ impl<'a> FillWater<'a> {
             }
             let depth_m = bed.depth_m(distance_m, inside, least_half_m);
             let risen_m = (ground_m - surface_m).max(0.0);
-            // Where the land is lower than the bed, as beside a deeper valley, the water runs over it as it is: a bed
-            // dug there would end in a pit.
+            // Where the land is lower than the bed, as beside a deeper valley, the water runs over the land uncut: a
+            // bed dug there would end in a pit.
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
         let wet = discharge_m3s >= self.least_m3s;
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
-            // What a river has cut into the sea's floor is the sea's; and it keeps open its way through what lies across it.
+            // Water in a bed cut into the sea's floor belongs to the sea. The river keeps its way open through whatever
+            // lies across it.
             let open_m = || river_bed().max(self.sea_m - deepest_m);
             return self.off_shore(at, if is_river { ground_m.min(open_m()) } else { ground_m });
         }
@@ -427,10 +429,11 @@ impl<'a> FillWater<'a> {
         water(WaterKind::River, height_m, depth_m)
     }
 
-    /// The place of the channel whose bed a vertex is in, or else of that whose valley it is in, if it may matter.
+    /// Returns the place of the channel in whose bed a vertex lies, or else of the channel in whose valley it lies, if
+    /// that is near.
     ///
-    /// The water below a bend may be lower than that beside the vertex, and a valley beside a steep channel deeper: the
-    /// channel's bed is there all the same.
+    /// Water further down a bend may be lower than the water beside the vertex, and a valley beside a steep channel may
+    /// be deeper: the channel keeps its bed all the same.
     fn channel(
         &self,
         index: usize,
@@ -447,11 +450,12 @@ impl<'a> FillWater<'a> {
         });
         let own = own.filter(|own| own.distance_m <= self.beds[own.segment].widest_m);
         let metres = self.fields.metres_a_grain();
-        // Of several the one whose floor is lowest: where two meet, the water is that of the one that goes on.
+        // Of several channels take the one with the lowest floor: at a confluence, the water is that of the river that
+        // goes on.
         let mut lowest: Option<(f32, NearestChannel)> = None;
         for number in wet {
             let segment = &self.segments.all[number];
-            // Exact whatever the origin, but for the last sum: no window knows another place.
+            // The difference is exact whatever the origin, except for the last sum, so all windows find the same place.
             let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + displaced[axis]);
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
@@ -467,14 +471,14 @@ impl<'a> FillWater<'a> {
         lowest.map(|(_, place)| place).or(own)
     }
 
-    /// Metres, in the warped plane, from a node to the furthest of those beside it, as if these were a [bed's
-    /// spacing](ShownRivers::spacing_m) away.
+    /// Returns the distance in metres, in the warped plane, from a node to the furthest of its neighbours, scaled to
+    /// nodes that lie a [bed's spacing](ShownRivers::spacing_m) apart.
     ///
-    /// A line that runs between two vertices comes within half of that to one of them: with all such ones in its bed,
-    /// it is unbroken also where the warp has vertices far apart.
+    /// A line that passes between two vertices comes within half of that distance of one of them. With all such
+    /// vertices in its bed, the line is unbroken even where the warp draws vertices apart.
     fn apart_m(&self, index: usize) -> f32 {
         let Displaced { area, step, metres } = self.nodes;
-        // A survey has the beds of vertices at nodes that are further apart.
+        // In a survey, nodes lie further apart than the vertices whose beds they have.
         let node_m = *step as f32 * (GRAINS as f64 * self.fields.metres_a_grain()) as f32;
         let share = self.spacing_m / node_m;
         let width = area.width();
@@ -490,14 +494,14 @@ impl<'a> FillWater<'a> {
     }
 }
 
-/// The block of an area in a column and a row of blocks.
+/// Returns the block in a column and a row of an area's blocks.
 fn block(area: Area, [column, row]: [i64; 2]) -> Area {
     let corner = [area.x0 + column * BLOCK as i64, area.y0 + row * BLOCK as i64];
     Area::new(corner[0], corner[1], BLOCK, BLOCK).common(&area).expect("it begins in the area")
 }
 
-/// Calls `take` with each block of a part of the blocks, and those of wet segments whose beds may hold a node
-/// of it: halves of the part are asked for ever fewer.
+/// Calls `take` with each block of `part`, and with the wet segments whose beds may hold one of its nodes. The part is
+/// halved again and again, and each half tests only the segments that its whole had left.
 fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut impl FnMut([i64; 2], &[WetSegment])) {
     let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
     let (middle, half) = bounds_of_part.middle_and_half();
@@ -511,7 +515,7 @@ fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut 
     }
 }
 
-/// The least rectangle around places.
+/// The bounding box of places.
 #[derive(Clone, Copy)]
 struct Bounds {
     low: [f64; 2],
@@ -519,7 +523,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// Around no place.
+    /// The bounding box of no place.
     const NONE: Bounds = Bounds { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
     fn hull(self, other: Bounds) -> Bounds {
@@ -527,19 +531,19 @@ impl Bounds {
         Bounds { low, high: [0, 1].map(|axis| self.high[axis].max(other.high[axis])) }
     }
 
-    /// Its middle, and how far it goes from there along the axis of which it is longer.
+    /// Returns the middle, and half of the longer side.
     fn middle_and_half(self) -> ([f64; 2], f64) {
         let half = [0, 1].map(|axis| (self.high[axis] - self.low[axis]) / 2.0);
         ([0, 1].map(|axis| self.low[axis] + half[axis]), half[0].max(half[1]))
     }
 }
 
-/// A place and how far it is displaced, together.
+/// Adds a place and its displacement.
 fn sum([place, displaced]: [[f64; 2]; 2]) -> [f64; 2] {
     [place[0] + displaced[0], place[1] + displaced[1]]
 }
 
-/// Ground without water.
+/// Returns ground without water.
 fn dry(height_m: f32) -> VertexWater {
     VertexWater { height_m, kind: WaterKind::Dry, bed: false, depth_m: 0.0, flow_m3s: 0.0 }
 }
@@ -589,7 +593,7 @@ mod tests {
                 let place = Point::at_vertex(x, y).moved(metres).from(trunk.knots[0].at);
                 let nearest = own.iter().min_by(|a, b| a.nearest(place).1.total_cmp(&b.nearest(place).1)).unwrap();
                 let (share, square) = nearest.nearest(place);
-                // Another river's, that comes in here.
+                // A vertex of another river that joins here.
                 if square.sqrt() > lerp(nearest.river, share) {
                     continue;
                 }

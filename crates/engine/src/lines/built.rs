@@ -1,57 +1,58 @@
-//! What built roads do to an area: cutting and filling.
+//! Built roads in the land: cuttings and embankments.
 //!
-//! Each piece of a road limits the heights around it: at a distance d beyond the road's edge they lie at most d/2 under
-//! it, which is the batter of a fill, and at most d/1.5 above it, that of a cut. What a fill would bury too deeply, as a gorge
-//! beside the road, it leaves as it is: it ends at a wall. Limits are combined by maximum and
-//! minimum, and where they contradict each other, as between two roads, their mean holds: so the order of roads and of
-//! pieces does not matter. Between two points of a bridge, or of a tunnel, the land stays as it is.
+//! Each piece of a road limits the heights around it. At a distance d beyond the road's edge the land lies at most d/2
+//! below the road, which is the batter of a fill, and at most d/1.5 above it, which is the batter of a cut. Land that a
+//! fill would bury too deeply, such as a gorge beside the road, stays as it is: the fill ends at a wall. Limits are
+//! combined by maximum and minimum. Where they contradict each other, as between two roads, their mean holds. So the
+//! order of roads and of pieces does not matter. Between two points of a bridge or of a tunnel the land stays as it is.
 
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
 use crate::lines::{Bed, Line, StructureKind};
 
-/// Metres along for a metre of height of a fill: loose earth stands at 27 degrees. Chosen by eye, as that of cuts, among the
-/// 1:1.5 to 1:2 that are usual.
+/// Run of a fill's batter in metres for each metre of height: loose earth stands at 27 degrees. Chosen by eye, like the
+/// batter of cuts, within the usual 1:1.5 to 1:2.
 const FILL: f32 = 2.0;
-/// Metres along for a metre of height of a cut: firm ground stands at 34 degrees.
+/// Run of a cut's batter in metres for each metre of height: firm ground stands at 34 degrees.
 const CUT: f32 = 1.5;
 
-/// Metres that a fill is high at most beside the road: on a higher one no road is built, but on a viaduct.
+/// Greatest height in metres of a fill beside the road: above this height a viaduct carries the road instead.
 const WALL_M: f32 = 12.0;
 
-/// Share of the bank from which on a road's effect fades, to exactly nothing at the bank's end; chosen by eye.
+/// Share of the bank's width at which a road's effect begins to fade, to exactly nothing at the bank's end. Chosen by
+/// eye.
 const FADE: f32 = 0.6;
 
-/// What all built roads together do to the vertices of an area.
+/// The effect of all built roads together on the vertices of an area.
 #[derive(Clone, Debug)]
 pub struct Built {
     limits: Grid<HeightLimits>,
-    /// Share of road, 0 to 1. Bridges and tunnels have none: what lies under or over them is the land.
+    /// Share of road, 0 to 1. Bridges and tunnels have none: under or over them lies bare land.
     pub share: Grid<f32>,
-    /// Share of road as it is seen from above, 0 to 1, with bridges and fords, and at least a vertex wide.
+    /// Share of road as seen from above, 0 to 1, with bridges and fords. Roads are at least a vertex wide.
     pub decks: Grid<f32>,
 }
 
-/// What roads demand of a vertex.
+/// Limits that roads set to the height of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct HeightLimits {
-    /// The land must not be under this, in metres.
+    /// Lower limit of the land in metres.
     low_m: f32,
-    /// The land must not be above this, in metres.
+    /// Upper limit of the land in metres.
     high_m: f32,
-    /// How much of that is done, 0 to 1.
+    /// Share of the change that is applied, 0 to 1.
     weight: f32,
-    /// Metres that the land is filled at most: what lies deeper stays as it is.
+    /// Greatest depth of a fill in metres: deeper land stays as it is.
     most_fill_m: f32,
 }
 
-/// Nothing is demanded.
+/// No limits.
 const FREE: HeightLimits =
     HeightLimits { low_m: f32::NEG_INFINITY, high_m: f32::INFINITY, weight: 0.0, most_fill_m: 0.0 };
 
 impl HeightLimits {
-    /// Both at once: what either demands.
+    /// Combines two limits so that both hold.
     fn and(self, other: HeightLimits) -> HeightLimits {
         HeightLimits {
             low_m: self.low_m.max(other.low_m),
@@ -61,7 +62,7 @@ impl HeightLimits {
         }
     }
 
-    /// A height in metres as it is demanded.
+    /// Applies the limits to a height in metres.
     fn applied(self, height_m: f32) -> f32 {
         if self.weight <= 0.0 || self.low_m - height_m > self.most_fill_m {
             return height_m;
@@ -74,11 +75,11 @@ impl HeightLimits {
     }
 }
 
-/// What one road does to a vertex, by the pieces of it that have been looked at.
+/// Effect of one road on a vertex, by the pieces visited so far.
 #[derive(Clone, Copy)]
 struct Here {
     limits: HeightLimits,
-    /// Metres to the middle of the nearest piece on the ground; infinite where none is in reach.
+    /// Metres to the middle of the nearest piece on the ground; infinite if none is in reach.
     ground_m: f32,
     /// Metres to the middle of the nearest piece on a bridge.
     bridge_m: f32,
@@ -87,27 +88,27 @@ struct Here {
 }
 
 impl Here {
-    /// Nothing is in reach.
+    /// The state of a vertex with no piece in reach.
     const UNTOUCHED: Here =
         Here { limits: FREE, ground_m: f32::INFINITY, bridge_m: f32::INFINITY, tunnel_m: f32::INFINITY };
 }
 
 impl Built {
-    /// Nothing done to `area`.
+    /// Creates the effect of no roads on `area`.
     pub(crate) fn blank(area: Area) -> Built {
         let grid = || Grid::filled(area, 0.0);
         Built { limits: Grid::filled(area, FREE), share: grid(), decks: grid() }
     }
 
-    /// Adds what a line does, if it is built.
+    /// Adds the effect of a line, if it is a built road.
     pub(crate) fn add(&mut self, line: &Line) {
         let Bed::Built { bank_m } = line.bed else { return };
-        // What does not touch the area costs no grid.
+        // Lines that do not touch the area return here, so that they need no grid.
         let Some(part) = self.share.area().common(&line.bounds) else { return };
-        // What a vertex is nearest to is known after all pieces only, so they are gathered before anything is changed.
+        // The nearest piece of a vertex is known only after all pieces, so these are gathered before anything changes.
         let gathered = gathered(line, part, bank_m as f32);
         let (half_m, spacing_m) = (half_width_m(line) as f32, line.spacing_m as f32);
-        // A ramp one vertex wide, half done at the road's edge: a narrow road does not come and go.
+        // A ramp one vertex wide, with 0.5 at the road's edge, so that a narrow road does not flicker between vertices.
         let covered = |half_m: f32, distance_m: f32| ((half_m - distance_m) / spacing_m + 0.5).clamp(0.0, 1.0);
         for y in part.y0..part.y1 {
             let here = gathered.row(y, part.x0, part.x1).iter();
@@ -116,7 +117,8 @@ impl Built {
             let decks = self.decks.row_mut(y, part.x0, part.x1).iter_mut();
             for ((here, deck), (limits, share)) in here.zip(decks).zip(limits.zip(shares)) {
                 *deck = deck.max(covered(half_m.max(spacing_m / 2.0), here.ground_m.min(here.bridge_m)));
-                // What is nearest to a bridge or a tunnel belongs to it; at its ends the ground has the last word.
+                // A vertex nearest to a bridge or a tunnel belongs to it. On a tie, as at the structure's ends, the
+                // ground wins.
                 if here.bridge_m.min(here.tunnel_m) < here.ground_m || here.ground_m == f32::INFINITY {
                     continue;
                 }
@@ -126,8 +128,9 @@ impl Built {
         }
     }
 
-    /// Leaves alone all vertices that are wet, and fills no bed of a channel: that would dam it, and what would cut a river's
-    /// bank would let it out. A dry bed shows the road, and is cut by it: else it would lie across the cut as a dam.
+    /// Leaves all wet vertices alone, and fills no bed of a channel: a fill would dam the channel, and a cut in a
+    /// river's bank would let the river out. A dry bed shows the road and is cut by it; otherwise the bed would lie
+    /// across the cutting as a dam.
     pub(super) fn spare(&mut self, water: &Water) {
         assert_eq!(water.kind.area(), self.share.area(), "waters are spared where the roads are");
         let vertices = self.limits.values_mut().iter_mut().zip(self.share.values_mut());
@@ -142,7 +145,7 @@ impl Built {
         }
     }
 
-    /// Cuts and fills heights in metres of the bare land.
+    /// Cuts and fills the bare land, given its heights in metres.
     pub(crate) fn shape(&self, heights: &mut Grid<f32>) {
         assert_eq!(heights.area(), self.limits.area(), "heights are shaped where the roads are");
         for (height_m, limits) in heights.values_mut().iter_mut().zip(self.limits.values()) {
@@ -150,22 +153,22 @@ impl Built {
         }
     }
 
-    /// What is done to a part of the area, which must be within it.
+    /// Returns the effect on a part of the area, which must lie within it.
     pub(super) fn part(&self, area: Area) -> Built {
         Built { limits: self.limits.part(area), share: self.share.part(area), decks: self.decks.part(area) }
     }
 }
 
-/// Metres from the middle of a built road to its edge, which is as far everywhere.
+/// Returns the distance in metres from the middle of a built road to its edge, the same all along the road.
 fn half_width_m(line: &Line) -> f64 {
     line.points[0].half_width_m
 }
 
-/// What the pieces of a road do to the vertices of an area.
+/// Gathers the effects of a road's pieces on the vertices of an area.
 fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
     let mut gathered = Grid::filled(area, Here::UNTOUCHED);
     let half_m = half_width_m(line) as f32;
-    // One more for what the whole number leaves off.
+    // One vertex more, since the conversion to a whole number rounds down.
     let reach = ((half_width_m(line) + bank_m as f64) / line.spacing_m) as i64 + 1;
     for ([from, to], carrier) in line.pieces().zip(line.carriers()) {
         let piece = RoadPiece::new(line, [from.place, to.place]);
@@ -176,11 +179,12 @@ fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
             for (x, here) in (around.x0..around.x1).zip(row) {
                 let (along, distance_m) = piece.nearest(x, y);
                 let beyond_m = (distance_m - half_m).max(0.0);
-                // A hard end: past it there is exactly nothing, so an area need not know of roads further off.
+                // A hard end: beyond it the effect is exactly nothing, so an area need not know of roads further off.
                 if beyond_m >= bank_m {
                     continue;
                 }
-                // Only what lies on the ground cuts and fills; the others are measured to claim their vertices.
+                // Only pieces on the ground cut and fill. The others are measured too, since they claim the vertices
+                // nearest to them.
                 match carrier {
                     Some(StructureKind::Bridge) => here.bridge_m = here.bridge_m.min(distance_m),
                     Some(StructureKind::Tunnel) => here.tunnel_m = here.tunnel_m.min(distance_m),
@@ -189,7 +193,8 @@ fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
                         let level_m = from_m + rise_m * along;
                         let weight = ((1.0 - beyond_m / bank_m) / (1.0 - FADE)).min(1.0);
                         let (low_m, high_m) = (level_m - beyond_m / FILL, level_m + beyond_m / CUT);
-                        // The road itself lies on its fill, however deep, as far as the vertices next to its edge.
+                        // The road itself always lies on its fill, however deep, and so do the vertices next to its
+                        // edge.
                         let most_fill_m = if beyond_m < line.spacing_m as f32 { f32::INFINITY } else { WALL_M };
                         here.limits = here.limits.and(HeightLimits { low_m, high_m, weight, most_fill_m });
                     }
@@ -200,16 +205,16 @@ fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
     gathered
 }
 
-/// A straight piece of a road. Vertices are taken relative to its ends, in exact differences, so that nothing depends on the
-/// area that is asked for.
+/// A straight piece of a road. Vertices are taken relative to its ends, by exact differences, so that the result does
+/// not depend on the area that is asked for.
 struct RoadPiece {
-    /// The road's origin.
+    /// Vertex from which the ends are counted: the road's origin.
     origin: [i64; 2],
-    /// In vertices from the origin.
+    /// Both ends, in vertices from the origin.
     ends: [[f64; 2]; 2],
-    /// From its start to its end, in vertices.
+    /// Vector from the start to the end, in vertices.
     way: [f32; 2],
-    /// The way from its start to its end, over the square of its length.
+    /// The same vector, divided by the square of its length.
     per_square: [f32; 2],
     spacing_m: f32,
 }
@@ -218,28 +223,31 @@ impl RoadPiece {
     fn new(line: &Line, ends: [[f64; 2]; 2]) -> RoadPiece {
         let way = [0, 1].map(|axis| (ends[1][axis] - ends[0][axis]) as f32);
         let square = way[0] * way[0] + way[1] * way[1];
-        // A piece without a length, as between two points in the same place, is its start.
+        // A piece without length, between two points in the same place, is treated as its start.
         let per_square = way.map(|part| if square > 0.0 { part / square } else { 0.0 });
         RoadPiece { origin: line.origin, ends, way, per_square, spacing_m: line.spacing_m as f32 }
     }
 
-    /// The vertices within so many of the piece, and a few more.
+    /// Returns the vertices within `reach` vertices of the piece, and a few more.
     fn around(&self, reach: i64) -> Area {
         let [from, to] = self.ends;
         let low = |axis: usize| self.origin[axis] + from[axis].min(to[axis]).floor() as i64 - reach;
-        // One more since the end was rounded down, and one since an area ends before its last.
+        // One more since the end was rounded down, and one since an area ends past its last vertex.
         let high = |axis: usize| self.origin[axis] + from[axis].max(to[axis]).floor() as i64 + reach + 2;
         Area { x0: low(0), y0: low(1), x1: high(0), y1: high(1) }
     }
 
-    /// How far along the piece its point nearest to a vertex lies, 0 to 1, and the metres to there.
+    /// Finds the point of the piece that is nearest to a vertex. Returns the point's share of the length, 0 to 1, and
+    /// its distance in metres.
     fn nearest(&self, x: i64, y: i64) -> (f32, f32) {
-        // Rounded to f32 only as a small difference: far from the world's origin a place itself would not fit.
+        // Only the small difference is rounded to `f32`: far from the world's origin a place itself would lose its
+        // digits.
         let vertex = [(x - self.origin[0]) as f64, (y - self.origin[1]) as f64];
         let off = |end: [f64; 2]| [(vertex[0] - end[0]) as f32, (vertex[1] - end[1]) as f32];
         let start = off(self.ends[0]);
         let along = start[0] * self.per_square[0] + start[1] * self.per_square[1];
-        // At an end the distance is to the end itself: two pieces that meet there agree to the bit.
+        // Beyond an end the distance is measured to that end itself, so that two pieces that meet there agree to the
+        // bit.
         let (along, [dx, dy]) = match along {
             ..=0.0 => (0.0, start),
             1.0.. => (1.0, off(self.ends[1])),
@@ -276,7 +284,7 @@ mod tests {
 
     #[test]
     fn under_viaducts_and_over_tunnels_the_land_stays_as_it_is() {
-        // 8 m between vertices and from point to point, level at 50 m in land that is level at 30 m or 80 m.
+        // 8 m between vertices and between points. A road level at 50 m, in land level at 30 m or at 80 m.
         for (kind, land_m) in [(StructureKind::Bridge, 30.0), (StructureKind::Tunnel, 80.0)] {
             let carrier = |x: i64| (10..=20).contains(&x).then_some(kind);
             let line = road((0..=30).map(|x| ([x as f64, 10.0], 50.0, carrier(x))), 8.0);

@@ -1,30 +1,36 @@
-//! Drains: ditches and culverts for the water that cuts and fills would dam, and fills where there is no way for one.
+//! Drains: ditches and culverts for the water that cuts and fills of roads would dam, and fills where no drain is
+//! possible.
 //!
-//! Where they leave a vertex without a lower neighbour, water goes on as on the bare land, from each vertex to the lowest
-//! one next to it, and through a shallow pit of that: along that way the land is cut, evenly down to the first vertex that
-//! is low enough. Where there is none, as above a wide bank or beside a river that stands higher than the cut, the hollow is
-//! filled until it runs over. None sees what another has cut or filled, and drains have the last word: their order does not
-//! matter.
+//! Where roads leave a pit, a vertex without a lower neighbour, the water follows the bare land: from each vertex to
+//! the lowest one next to it, also through a shallow pit of the bare land. The drain cuts the land along that way,
+//! evenly down to the first vertex that is low enough. If there is no such vertex, as above a wide bank or beside a
+//! river that stands higher than the cutting, the hollow is filled until it overflows. No drain sees what another one
+//! has cut or filled, and a drain overrides a fill, so their order does not matter.
 
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// Vertices that a drain is long at most: most are shorter, and what needs longer ones is a gorge. Chosen by eye.
+/// Greatest length of a drain in vertices. Most are shorter; a hollow that needs a longer one is a gorge. Chosen by
+/// eye.
 const REACH: usize = 8;
 
-/// Vertices from its lowest one that a hollow is filled at most: with what lies next to that no further than drains.
+/// Greatest distance in vertices from a hollow's lowest vertex to any that is filled. With their neighbours, filled
+/// vertices then lie no further off than drains reach.
 const FILL_REACH: usize = REACH / 2;
 
-/// Metres above its start that the bare land may be along a drain: so deep are the pits that gullies leave here and there.
+/// Metres by which the bare land along a drain may rise above its start: gullies leave pits of such a depth here and
+/// there.
 const CLIMB_M: f32 = 1.5;
 
-/// The area of land that the drains of an area depend on: where they begin and end, and what lies next to that.
+/// Returns the area of land that the drains of an area depend on: the drains' whole length, and the vertices next to
+/// it.
 pub(super) fn input(area: Area) -> Area {
     area.padded(REACH + 1)
 }
 
-/// Cuts drains into heights that roads have shaped, given those of the bare land, and for each vertex, row by row, whether
-/// it is wet: there a drain ends. Of the area that this is the [`input`] of, all are there.
+/// Cuts drains into heights that roads have shaped, given the heights of the bare land and, for each vertex, row by
+/// row, whether it is wet: drains end at wet vertices. If the grids cover the [`input`] of an area, that area gets all
+/// of its drains.
 ///
 /// # Panics
 /// When the three are not of the same area.
@@ -32,10 +38,10 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     let area = heights.area();
     assert_eq!(bare.area(), area, "bare land and heights are those of one area");
     assert_eq!(wet.len(), area.len(), "every vertex is wet or not");
-    // A copy is read: no drain sees what another has cut.
+    // Heights are read from a copy, so that no drain sees what another one has cut.
     let (bare, shaped, width) = (bare.values(), heights.values().to_vec(), area.width());
     let (mut drains, mut fills) = (Vec::new(), Vec::new());
-    // At the edge neighbours are missing; those vertices are the pad, of which nothing is kept.
+    // Vertices at the edge lack neighbours. They belong to the pad, which is thrown away.
     let is_inside = |at: usize| (1..width - 1).contains(&(at % width)) && (width..shaped.len() - width).contains(&at);
     let is_pit = |at: usize| around(at, width).all(|other| shaped[other] >= shaped[at]);
     for start in (0..shaped.len()).filter(|at| is_inside(*at) && !wet[*at]) {
@@ -45,7 +51,7 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
         let mut way = vec![start];
         while way.len() <= REACH && is_inside(way[way.len() - 1]) {
             let others = around(way[way.len() - 1], width).filter(|other| !way.contains(other));
-            // Of equal ones the first, wherever the area begins.
+            // Of equally low vertices the first one, wherever the area begins.
             let next = others.reduce(|low, other| if bare[other] < bare[low] { other } else { low });
             let Some(next) = next.filter(|next| bare[*next] < bare[start] + CLIMB_M) else { break };
             way.push(next);
@@ -53,7 +59,7 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
                 break;
             }
         }
-        // A pit that the bare land has, too, is no road's doing.
+        // A pit that the bare land has too is not caused by a road.
         if way.iter().all(|at| shaped[*at].to_bits() == bare[*at].to_bits()) {
             continue;
         }
@@ -62,7 +68,7 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
             let fall_m = (end_m - top_m) / (way.len() - 1) as f32;
             drains.extend((0..way.len() - 1).map(|step| (way[step], top_m + fall_m * step as f32)));
         } else if let Some((hollow, level_m)) = hollow(start, &shaped, wet, width) {
-            // A cut would lead nowhere.
+            // A drain would end no lower than it begins.
             fills.extend(hollow.into_iter().map(|at| (at, level_m)));
         }
     }
@@ -75,8 +81,8 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     }
 }
 
-/// The vertices of the hollow around a pit, and the height in metres at which it runs over; `None` where it is larger than
-/// what is filled.
+/// Returns the vertices of the hollow around a pit, and the height in metres at which it overflows; `None` if the
+/// hollow is too large to be filled.
 fn hollow(pit: usize, heights: &[f32], wet: &[bool], width: usize) -> Option<(Vec<usize>, f32)> {
     let (mut hollow, mut level_m) = (vec![pit], heights[pit]);
     let mut shore: Vec<usize> = Vec::new();
@@ -89,7 +95,7 @@ fn hollow(pit: usize, heights: &[f32], wet: &[bool], width: usize) -> Option<(Ve
         }
         let next = around(last, width).filter(|at| !hollow.contains(at));
         shore.extend(next.filter(|at| !shore.contains(at)).collect::<Vec<_>>());
-        // Of equally low ones the first, wherever the area begins.
+        // Of equally low vertices the first one, wherever the area begins.
         let low = (0..shore.len()).min_by(|one, other| {
             let [one, other] = [one, other].map(|at| shore[*at]);
             heights[one].total_cmp(&heights[other]).then(one.cmp(&other))
@@ -103,7 +109,7 @@ fn hollow(pit: usize, heights: &[f32], wet: &[bool], width: usize) -> Option<(Ve
     }
 }
 
-/// The eight vertices around one that is not at the edge.
+/// Returns the eight vertices around one that is not at the edge.
 fn around(at: usize, width: usize) -> impl Iterator<Item = usize> {
     let rows = [at - width, at, at + width];
     rows.into_iter().flat_map(|middle| middle - 1..=middle + 1).filter(move |other| *other != at)
@@ -113,14 +119,15 @@ fn around(at: usize, width: usize) -> impl Iterator<Item = usize> {
 mod tests {
     use super::*;
 
-    /// A hollow that runs down to the east, and a dam or a trench across it, wholly in the land.
+    /// A valley that runs down to the east, and across it the dam or trench of a road. Returns the bare and the shaped
+    /// heights.
     fn hollow_land(area: Area, dam_m: f32) -> (Grid<f32>, Grid<f32>) {
         let (mut bare, mut shaped) = (Grid::filled(area, 0.0), Grid::filled(area, 0.0));
         for y in area.y0..area.y1 {
             for x in area.x0..area.x1 {
                 let height_m = (y - 3).abs() as f32 * 2.0 - x as f32;
                 bare.row_mut(y, x, x + 1)[0] = height_m;
-                // Sagging to the middle.
+                // A band two vertices wide, which sags to the valley's middle like the land.
                 let is_road = (10..=11).contains(&x);
                 shaped.row_mut(y, x, x + 1)[0] = height_m + if is_road { dam_m } else { 0.0 };
             }
@@ -152,7 +159,7 @@ mod tests {
     fn a_shallow_pit_of_the_bare_land_does_not_stop_a_drain() {
         let area = Area::new(0, -10, 24, 26);
         let (mut bare, mut heights) = hollow_land(area, 5.0);
-        // What lies beyond the road is a little higher than what lies under it.
+        // The land beyond the road rises a little above the land under it.
         for grid in [&mut bare, &mut heights] {
             grid.row_mut(3, 12, 13)[0] += 1.3;
         }
@@ -167,7 +174,7 @@ mod tests {
         let (bare, mut heights) = hollow_land(area, 0.0);
         let mut wet = vec![false; area.len()];
         for (at, (x, y)) in area.vertices().enumerate() {
-            // A cut of three vertices that goes deeper than the river beside it.
+            // A cutting three vertices long that goes deeper than the river beside it.
             wet[at] = x >= 13;
             if (10..13).contains(&x) && y == 3 {
                 heights.row_mut(y, x, x + 1)[0] = -20.0;
@@ -184,7 +191,8 @@ mod tests {
         let area = Area::new(7, -1, 10, 8);
         let drained = |has_hollow: bool, outside_m: Option<f32>| {
             let (mut bare, mut heights) = hollow_land(Area::new(-10, -20, 44, 46), if has_hollow { 0.0 } else { 5.0 });
-            // Too deep for a drain; its lowest vertex is as far outside as one may be that is filled with those inside.
+            // A hollow too deep for a drain. Its lowest vertex lies as far outside the area as one may that is filled
+            // together with vertices inside.
             for x in (16..20).filter(|_| has_hollow) {
                 heights.row_mut(3, x, x + 1)[0] = -40.0 - x as f32;
             }

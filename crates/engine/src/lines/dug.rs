@@ -1,4 +1,4 @@
-//! What rivers with dug beds do to an area: agents' rivers.
+//! Dug beds in the land: the rivers of agents.
 //!
 //! Each value is a maximum over the lines, so their order does not matter.
 
@@ -7,7 +7,7 @@ use crate::grid::Grid;
 use crate::lines::nearest::{self, Nearest, fade, raise};
 use crate::lines::{Bed, Line};
 
-/// What all dug lines together do to the vertices of an area.
+/// The effect of all dug lines together on the vertices of an area.
 #[derive(Clone, Debug)]
 pub struct Dug {
     /// Metres by which the land is cut down.
@@ -18,17 +18,17 @@ pub struct Dug {
     pub water: Grid<f32>,
 }
 
-/// The share of water from which on a vertex lies in it.
+/// Share of water from which on a vertex counts as wet.
 const WET: f32 = 0.5;
 
 impl Dug {
-    /// Nothing done to `area`.
+    /// Creates the effect of no lines on `area`.
     pub(super) fn blank(area: Area) -> Dug {
         let grid = || Grid::filled(area, 0.0);
         Dug { cut_m: grid(), sand: grid(), water: grid() }
     }
 
-    /// Adds what a line does to bare heights.
+    /// Adds the effect of a line, given the heights of the bare land.
     pub(super) fn add(&mut self, line: &Line, heights: &Grid<f32>) {
         let Bed::Dug { bank_m } = line.bed else { return };
         let (bank_m, spacing_m) = (bank_m as f32, line.spacing_m as f32);
@@ -41,22 +41,22 @@ impl Dug {
         });
     }
 
-    /// Whether a vertex lies in the water of a river.
+    /// True if a vertex lies in the water of a river.
     ///
     /// # Panics
-    /// When it is not in the area.
+    /// When the vertex is not in the area.
     pub fn is_wet(&self, x: i64, y: i64) -> bool {
         self.water.at(x, y) >= WET
     }
 
-    /// Cuts the beds into heights.
+    /// Cuts the beds into the heights.
     pub(super) fn shape(&self, heights: &mut Grid<f32>) {
         for (height_m, cut_m) in heights.values_mut().iter_mut().zip(self.cut_m.values()) {
             *height_m -= cut_m;
         }
     }
 
-    /// Adds what another one does to a part of this one's area.
+    /// Adds the effect of `other`, whose area is a part of this one's.
     pub(super) fn merge(&mut self, other: &Dug) {
         for (x, y) in other.cut_m.area().vertices() {
             raise(&mut self.cut_m, x, y, other.cut_m.at(x, y));
@@ -65,30 +65,31 @@ impl Dug {
         }
     }
 
-    /// Does only a share of it to a vertex.
+    /// Reduces the effect on a vertex to a share.
     pub(super) fn weaken(&mut self, x: i64, y: i64, share: f32) {
         for grid in [&mut self.cut_m, &mut self.sand, &mut self.water] {
             grid.row_mut(y, x, x + 1)[0] *= share;
         }
     }
 
-    /// What is done to a part of the area, which must be within it.
+    /// Returns the effect on a part of the area, which must lie within it.
     pub(super) fn part(&self, area: Area) -> Dug {
         Dug { cut_m: self.cut_m.part(area), sand: self.sand.part(area), water: self.water.part(area) }
     }
 }
 
-/// How deep and how wide the water of dug rivers is. Few ask for it, and so it is no part of what lines do to all tiles.
+/// Depth and width of the water of dug rivers. Few exports need them, so they are not part of the imprint of every
+/// tile.
 #[derive(Clone, Debug)]
 pub(crate) struct DugWaters {
-    /// Metres from the floor of the bed to the water's surface; 0 off the water.
+    /// Metres from the floor of the bed to the water's surface; 0 outside the water.
     pub depth_m: Grid<f32>,
-    /// Metres from edge to edge of the river whose water it is; 0 off the water.
+    /// Metres from edge to edge of the river at the vertex; 0 outside the water.
     pub width_m: Grid<f32>,
 }
 
 impl DugWaters {
-    /// The waters of the rivers among lines, on an area.
+    /// Returns the waters of the dug rivers among `lines`, on an area.
     pub fn new<'a>(lines: impl IntoIterator<Item = &'a Line>, area: Area) -> DugWaters {
         let mut waters = DugWaters { depth_m: Grid::filled(area, 0.0), width_m: Grid::filled(area, 0.0) };
         for line in lines.into_iter().filter(|line| matches!(line.bed, Bed::Dug { .. })) {
@@ -103,7 +104,7 @@ impl DugWaters {
     }
 }
 
-/// The share of water at a place by a river, whose bed it fills; its edge is as soft as a vertex is wide.
+/// Returns the share of water at a place: 1 in the bed, 0 outside, with an edge as soft as a vertex is wide.
 fn share_of_water(place: &Nearest, spacing_m: f32) -> f32 {
     (0.5 - place.outside_m / spacing_m).clamp(0.0, 1.0)
 }

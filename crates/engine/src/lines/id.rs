@@ -1,4 +1,5 @@
-//! The names of lines, and of what they lead to: numbers of lattices, the same whoever asks.
+//! Ids of lines, and of the things that they lead to: numbers of lattice cells, so that they are the same in every
+//! query.
 
 use std::fmt;
 
@@ -9,7 +10,7 @@ use crate::lines::LineKind;
 /// A channel of fluvial relief: its level, and the cell of that level's lattice that holds its head.
 pub type ChannelId = (u32, i64, i64);
 
-/// The name of a lake: the channel in which it lies; of one without an outlet, its node as a channel of level 0.
+/// Id of a lake: the channel in which it lies. For a lake without an outlet, its node, written as a channel of level 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LakeId(pub ChannelId);
 
@@ -20,17 +21,17 @@ impl fmt::Display for LakeId {
     }
 }
 
-/// A site cell, which holds one settlement at most, and that settlement.
+/// Id of a site cell and of its settlement: a cell holds one settlement at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SiteId {
-    /// Site cells east of that at the origin; may be negative.
+    /// Site cells east of the cell at the origin; may be negative.
     pub i: i64,
-    /// Site cells south of that at the origin; may be negative.
+    /// Site cells south of the cell at the origin; may be negative.
     pub j: i64,
 }
 
 impl SiteId {
-    /// The hash of the cell in a stream of chance.
+    /// Returns the hash of the cell in a random stream.
     pub(crate) fn hash(self, seed: u64, stream: impl Into<StreamNumber>) -> u64 {
         hash::lattice(hash::stream(seed, stream), self.i, self.j)
     }
@@ -42,36 +43,38 @@ impl fmt::Display for SiteId {
     }
 }
 
-/// The name of a line in its world. Lines are sorted by it.
+/// Id of a line in its world. Lines are sorted by their ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LineId {
     /// A river of fluvial relief.
     River {
         /// The channel in which it begins.
         channel: ChannelId,
-        /// 0 but where a channel is cut by lakes or by the sea: the number among those that begin in it.
+        /// 0, unless lakes or the sea cut the channel: then the number of this line among those that begin in the
+        /// channel.
         part: u32,
     },
     /// A road between settlements.
     Road {
-        /// The smaller of the two settlements' cells.
+        /// The smaller one of the two settlements' cells.
         from: SiteId,
         /// The cell of the other settlement.
         to: SiteId,
-        /// 0 but where roads above it have cut it: the number among its parts, from the smaller settlement on.
+        /// 0, unless roads that rank higher have cut this one: then the number of the part, counted from the smaller
+        /// cell on.
         part: u32,
     },
     /// A river or a road of an agent.
     Agent {
-        /// Whether it is a river or a road.
+        /// The kind of line.
         kind: LineKind,
-        /// The tile whose hash has started it.
+        /// The tile whose hash started the agent.
         owner: TileId,
     },
 }
 
 impl LineId {
-    /// A river or a road.
+    /// Returns the kind of line.
     pub fn kind(self) -> LineKind {
         match self {
             LineId::River { .. } => LineKind::River,

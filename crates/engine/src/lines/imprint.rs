@@ -1,6 +1,6 @@
-//! The imprint: what all lines together do to an area of land.
+//! The imprint: the effect of all lines together on an area of land.
 //!
-//! Its parts are one for each way in which lines are made ([`Bed`]); the order of lines does not matter.
+//! It has one part for each kind of [`Bed`] that changes the land. The order of lines does not matter.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -11,7 +11,7 @@ use crate::lines::dug::Dug;
 use crate::lines::trodden::Trodden;
 use crate::lines::{Bed, Line};
 
-/// What all lines together do to the vertices of an area.
+/// The effect of all lines together on the vertices of an area.
 #[derive(Clone, Debug)]
 pub struct Imprint {
     area: Area,
@@ -21,7 +21,8 @@ pub struct Imprint {
 }
 
 impl Imprint {
-    /// What `lines` do to the bare heights of land, and the water on it if that is known; `None` where they do nothing.
+    /// Returns the effect of `lines` on land with such bare heights, and with such water if it is known; `None` if they
+    /// have none.
     pub fn new<'a>(
         heights: &Grid<f32>,
         water: Option<&Water>,
@@ -43,8 +44,8 @@ impl Imprint {
         (!imprint.is_blank()).then_some(imprint)
     }
 
-    /// What a kernel elsewhere has computed that agents' `lines` do, once the land is shaped: metres that are cut, and shares of sand,
-    /// water and dirt.
+    /// Returns the effect of agents' `lines` as computed by a GPU kernel that has shaped the land already: metres of
+    /// the cut, and shares of sand, water and dirt.
     #[cfg(feature = "gpu")]
     pub(crate) fn of_planes<'a>(
         [cut_m, sand, water, dirt]: [Grid<f32>; 4],
@@ -64,7 +65,7 @@ impl Imprint {
         }
     }
 
-    /// Nothing done to `area`.
+    /// Creates an imprint without effect on `area`.
     pub(crate) fn blank(area: Area) -> Imprint {
         Imprint { area, built: None, trodden: None, dug: None }
     }
@@ -73,13 +74,14 @@ impl Imprint {
         self.built.is_none() && self.trodden.is_none() && self.dug.is_none()
     }
 
-    /// The area of bare land that must be known to shape an area.
+    /// Returns the area of bare land that must be known to shape an area.
     pub fn input(area: Area) -> Area {
         drain::input(area)
     }
 
-    /// Shapes the heights of bare land: roads cut and fill it, and what they dam is drained; others are levelled; rivers cut through all.
-    /// Of drains some are missing near the border, where [`input`](Imprint::input) has more than is asked for.
+    /// Shapes the heights of bare land: built roads cut and fill it, drains cut through the dams that result if the
+    /// water is known, trodden roads level it, and dug rivers cut through all. Near the border some drains are missing,
+    /// which is why [`input`](Imprint::input) is larger than the area that is asked for.
     pub fn shape(&self, heights: &mut Grid<f32>, water: Option<&Water>) {
         if let Some(built) = &self.built {
             let bare = heights.clone();
@@ -97,7 +99,7 @@ impl Imprint {
         }
     }
 
-    /// What is done to a part of the area, which must be within it.
+    /// Returns the effect on a part of the area, which must lie within it.
     #[must_use]
     pub fn part(&self, area: Area) -> Imprint {
         Imprint {
@@ -108,38 +110,38 @@ impl Imprint {
         }
     }
 
-    /// The vertices that it covers.
+    /// Returns the area that the imprint covers.
     pub fn area(&self) -> Area {
         self.area
     }
 
-    /// What built roads do, if there are any.
+    /// Returns the effect of built roads, if there are any.
     pub fn built(&self) -> Option<&Built> {
         self.built.as_ref()
     }
 
-    /// What trodden roads do, if there are any.
+    /// Returns the effect of trodden roads, if there are any.
     pub fn trodden(&self) -> Option<&Trodden> {
         self.trodden.as_ref()
     }
 
-    /// What dug rivers do, if there are any.
+    /// Returns the effect of dug rivers, if there are any.
     pub fn dug(&self) -> Option<&Dug> {
         self.dug.as_ref()
     }
 
-    /// Share of sand by a river at each vertex, 0 to 1, if any river brings it.
+    /// Returns the share of river sand at each vertex, 0 to 1, if there are dug rivers.
     pub fn sand(&self) -> Option<&Grid<f32>> {
         self.dug.as_ref().map(|dug| &dug.sand)
     }
 
-    /// Shares of dirt by roads at each vertex, 0 to 1: of trodden ones and of built ones.
+    /// Returns the shares of road dirt at each vertex, 0 to 1: one grid for trodden roads, one for built roads.
     pub fn dirt(&self) -> impl Iterator<Item = &Grid<f32>> {
         let trodden = self.trodden.as_ref().map(|trodden| &trodden.dirt);
         trodden.into_iter().chain(self.built.as_ref().map(|built| &built.share))
     }
 
-    /// Adds what another imprint of dug and trodden lines does to a part of this one's area.
+    /// Adds the effect of the dug and trodden lines of another imprint, whose area is a part of this one's.
     pub(crate) fn merge(&mut self, other: &Imprint) {
         if let Some(dug) = &other.dug {
             self.dug.get_or_insert_with(|| Dug::blank(self.area)).merge(dug);
@@ -149,7 +151,7 @@ impl Imprint {
         }
     }
 
-    /// Does only a share of it to a vertex, of what dug and trodden lines do.
+    /// Reduces the effect of dug and trodden lines on a vertex to a share.
     pub(crate) fn weaken(&mut self, x: i64, y: i64, share: f32) {
         if let Some(dug) = &mut self.dug {
             dug.weaken(x, y, share);

@@ -1,14 +1,14 @@
-//! Lines: rivers and roads, whole, whoever has made them, and what they do to the land.
+//! Lines: whole rivers and roads from all their makers, and their effect on the land.
 //!
 //! ```text
-//!   fluvial/ rivers --+                      +--> imprint.rs   what lines do to an area: dug.rs    the beds of agents' rivers
-//!   agents/           +--> Line: id, points, |                                          trodden.rs  agents' roads
-//!   places/ roads   --+    structures, bed   |                                          built.rs    cut and filled, drain.rs
+//!   fluvial/ rivers --+                      +--> imprint.rs   effect on an area: dug.rs      beds of agents' rivers
+//!   agents/           +--> Line: id, points, |                                    trodden.rs  agents' roads
+//!   places/ roads   --+    structures, bed   |                                    built.rs    cuts and fills, drain.rs
 //!                                            +--> outline.rs   the points that suffice to draw a road
 //!                                            +--> packed.rs    agents' lines as words, for kernels of the GPU
 //! ```
 //!
-//! The makers hand their lines to this room; tiles, meshes, maps and exports take them from it.
+//! The makers on the left pass their lines to this module. Tiles, meshes, maps and exports take them from here.
 
 mod built;
 mod drain;
@@ -37,20 +37,21 @@ use crate::area::Area;
 use crate::geometry::{LineSegment, length};
 use crate::memory::heap_bytes;
 
-/// Parts of a vertex in which makers count places on a line: of rivers and of built roads all are whole ones.
+/// Units in a vertex, in which makers count places on lines. The points of fluvial rivers and of built roads are whole
+/// numbers of units.
 pub const FIXED: i64 = 256;
 
 /// A river or a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LineKind {
-    /// Water that falls from its first point to its last.
+    /// A river: its water flows from the first point to the last.
     River,
-    /// What people and goods go on.
+    /// A road or track.
     Road,
 }
 
 impl LineKind {
-    /// The name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             LineKind::River => "river",
@@ -59,19 +60,19 @@ impl LineKind {
     }
 }
 
-/// How well a road is built. The numbers index the lists of three in settings.
+/// Class of a road between settlements. The numbers are indices into the lists of three in the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RoadClass {
-    /// Steep and narrow, through fords.
+    /// A steep and narrow road that goes through fords.
     Track = 0,
-    /// What joins villages.
+    /// A road that joins villages.
     Road = 1,
-    /// What leads to towns: wide, even, on bridges.
+    /// A road that leads to towns: wide, with gentle grades, on bridges.
     Highway = 2,
 }
 
 impl RoadClass {
-    /// The name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             RoadClass::Track => "track",
@@ -81,27 +82,27 @@ impl RoadClass {
     }
 }
 
-/// What a line leads to with its last point.
+/// The end of a line: the thing that its last point leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineEnd {
     /// The sea.
     Sea,
-    /// Another line. Of a road it is the id of its course, whichever part of that the line ends on.
+    /// Another line. For a road this is the id of the course, whichever part of the course the line ends on.
     Line(LineId),
     /// A lake of the relief.
     Lake(LakeId),
-    /// A pond of its own.
+    /// A pond that the river itself makes.
     Pond,
-    /// A basin without outlet and without a lake.
+    /// A basin that has neither an outlet nor a lake.
     Sink,
     /// A settlement.
     Site(SiteId),
-    /// Nothing: a river has lost the last third of its way, a road stops.
+    /// Nothing: an agent's river has lost the last third of its length, or a road stops.
     Nothing,
 }
 
 impl LineEnd {
-    /// The name in files; of a line the name of its kind.
+    /// Returns the name in files; for another line, the name of its kind.
     pub fn name(self) -> &'static str {
         match self {
             LineEnd::Sea => "sea",
@@ -114,7 +115,7 @@ impl LineEnd {
         }
     }
 
-    /// The id of what has one, as text.
+    /// Returns the id as text, for ends that have one.
     pub fn id(self) -> Option<String> {
         match self {
             LineEnd::Line(line) => Some(line.to_string()),
@@ -125,26 +126,26 @@ impl LineEnd {
     }
 }
 
-/// What a line does to the land.
+/// The way in which a line changes the land.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bed {
-    /// Nothing: the relief has been made around it.
+    /// No change: the relief has been made around the line.
     Natural,
-    /// It cuts into the land, with sand on its banks.
+    /// A bed cut into the land, with sand on its banks.
     Dug {
-        /// Metres from the bed to where the bank meets the land.
+        /// Metres from the edge of the bed to where the bank meets the land.
         bank_m: f64,
     },
-    /// It leaves dirt, and may be levelled across.
+    /// A trodden road: it leaves dirt, and may be levelled across.
     Trodden {
-        /// Metres from its edge to where nothing of it is left.
+        /// Metres from the road's edge to the end of its effect.
         shoulder_m: f64,
-        /// Whether the ground is levelled across it.
+        /// True if the ground is levelled across the road.
         graded: bool,
     },
-    /// The land is cut and filled, with batters at its sides.
+    /// A built road: the land is cut and filled, with batters at its sides.
     Built {
-        /// Metres from its edge to where nothing of its cuts and fills is left.
+        /// Metres from the road's edge to the end of its cuts and fills.
         bank_m: f64,
     },
 }
@@ -154,43 +155,43 @@ pub enum Bed {
 pub struct LinePoint {
     /// Vertices east and south of the line's origin.
     pub place: [f64; 2],
-    /// Height in metres of the water's surface, or of the road's.
+    /// Height in metres of the water's surface, or of the road's surface.
     pub level_m: f64,
-    /// Height in metres of the bed's floor under the water, or of the road. A river's never rises.
+    /// Height in metres of the bed under the water, or of the road. Along a river it never rises.
     pub floor_m: f64,
     /// Metres from the middle to the edge.
     pub half_width_m: f64,
-    /// Discharge in cubic metres a second; 0 of roads, and of agents' rivers, which know none.
+    /// Discharge in cubic metres a second; 0 for roads and for agents' rivers, whose discharge is unknown.
     pub discharge_m3s: f64,
 }
 
-/// A river or a road, whole.
+/// A whole river or road.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Its name in the world.
+    /// Id in the world.
     pub id: LineId,
-    /// A river or a road.
+    /// The kind of line: a river or a road.
     pub kind: LineKind,
-    /// How well it is built, if it is a road between settlements.
+    /// Class of the road, if it joins settlements.
     pub class: Option<RoadClass>,
-    /// What maps call it, if it has a name.
+    /// Name on maps, if the line has one.
     pub name: Option<String>,
-    /// The first part of its course, which lakes cut into parts if it is a river, and other roads if it is a road; of agents'
-    /// lines their own id.
+    /// Id of the first part of the line's course: lakes cut rivers into parts, and other roads cut roads. For agents'
+    /// lines, their own id.
     pub course: LineId,
-    /// The vertex that points are relative to, so that they are exact anywhere.
+    /// The vertex that points are relative to, so that their places are exact anywhere in the world.
     pub origin: [i64; 2],
-    /// Its middle from start to end; at least one point, and two but for agents'.
+    /// The middle line from start to end: at least two points, or one for agents' lines.
     pub points: Vec<LinePoint>,
-    /// What carries it where the land does not, from its start on.
+    /// Bridges, tunnels and fords that carry the line where the land does not, from its start on.
     pub structures: Vec<Structure>,
-    /// What it ends in.
+    /// The thing that the line ends in.
     pub end: LineEnd,
-    /// What it does to the land.
+    /// The effect of the line on the land.
     pub bed: Bed,
-    /// Metres between the vertices of its world.
+    /// Metres between the vertices of the line's world.
     pub spacing_m: f64,
-    /// All vertices that it lies on or can have an effect on, and then some.
+    /// An area with a margin that includes all vertices that the line lies on or can have an effect on.
     pub bounds: Area,
 }
 
@@ -201,29 +202,32 @@ heap_bytes!(Line: name, points, structures);
 pub type Lines = Vec<Arc<Line>>;
 
 impl Line {
-    /// Where a point lies, in vertices from a vertex of the world.
+    /// Returns the place of a point in vertices, relative to a vertex of the world.
     pub fn place_from(&self, vertex: [i64; 2], point: &LinePoint) -> [f64; 2] {
         [0, 1].map(|axis| (self.origin[axis] - vertex[axis]) as f64 + point.place[axis])
     }
 
-    /// Where a point lies in the world, in 1/256 vertex: exact but for agents' lines.
+    /// Returns the place of a point in the world, in 1/256 vertex: exact, except for agents' lines, where it is
+    /// rounded.
     pub fn fixed(&self, point: &LinePoint) -> [i64; 2] {
         [0, 1].map(|axis| self.origin[axis] * FIXED + (point.place[axis] * FIXED as f64).round() as i64)
     }
 
-    /// The pieces from each point to the next; of a line of one point, which is a round pool or place, that point twice.
+    /// Returns the pieces from each point to the next. A line of one point, a round pool or place, has one piece, from
+    /// that point to itself.
     pub fn pieces(&self) -> impl Iterator<Item = [&LinePoint; 2]> {
         let last = self.points.len() - 1;
         (0..last.max(1)).map(move |index| [&self.points[index], &self.points[(index + 1).min(last)]])
     }
 
-    /// What carries a point, if the land does not.
+    /// Returns the kind of structure that carries a point; `None` if the land does.
     pub fn carrier(&self, index: usize) -> Option<StructureKind> {
         let carries = |structure: &&Structure| (structure.first..=structure.last).contains(&index);
         self.structures.iter().find(carries).map(|structure| structure.kind)
     }
 
-    /// What carries each piece, if the land does not: a structure carries the pieces between two of its points.
+    /// Returns the kind of structure that carries each piece; `None` if the land does. A structure carries the pieces
+    /// between two of its points.
     pub fn carriers(&self) -> Vec<Option<StructureKind>> {
         let mut carriers = vec![None; self.points.len().saturating_sub(1)];
         for structure in &self.structures {
@@ -232,33 +236,34 @@ impl Line {
         carriers
     }
 
-    /// Metres from start to end along its middle, seen from above.
+    /// Returns the length of the middle line in metres, as seen from above.
     pub fn length_m(&self) -> f64 {
         self.points.windows(2).map(|pair| piece_m(pair, self.spacing_m)).sum()
     }
 
-    /// The steepest grade anywhere on it, metres up a metre ahead.
+    /// Returns the steepest grade anywhere on the line, metres up a metre ahead.
     pub fn max_grade(&self) -> f64 {
         let grade = |pair: &[LinePoint]| (pair[1].level_m - pair[0].level_m).abs() / piece_m(pair, self.spacing_m);
         self.points.windows(2).map(grade).fold(0.0, f64::max)
     }
 
-    /// Whether it can have an effect on a vertex of `area`; lines with natural beds have none, and count where they lie.
+    /// True if the line can have an effect on a vertex of `area`. Lines with natural beds have no effect, and count
+    /// where they lie.
     pub fn concerns(&self, area: &Area) -> bool {
         self.bounds.common(area).is_some()
             && match self.bed {
                 Bed::Natural => self.touches(area),
                 Bed::Built { bank_m } => {
                     let half_width_m = self.points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
-                    // Two more, for what is rounded on the way.
+                    // Two vertices more, for rounding.
                     self.touches(&area.padded(((half_width_m + bank_m) / self.spacing_m) as usize + 2))
                 }
                 Bed::Dug { .. } | Bed::Trodden { .. } => true,
             }
     }
 
-    /// Whether a part of it lies in the rectangle that the outer vertices of an area span: of its middle, or of all that an
-    /// agent leaves of its way.
+    /// True if a part of the line lies in the rectangle that the outer vertices of an area span: for agents' lines a
+    /// part of all ground that they may change, for others a part of the middle line.
     pub fn touches(&self, area: &Area) -> bool {
         if let Bed::Dug { .. } | Bed::Trodden { .. } = self.bed {
             return nearest::touches(self, area);
@@ -271,12 +276,12 @@ impl Line {
     }
 }
 
-/// Metres from a point to the next, seen from above.
+/// Returns the length in metres of a piece, as seen from above.
 pub(crate) fn piece_m(pair: &[LinePoint], spacing_m: f64) -> f64 {
     length([0, 1].map(|axis| pair[1].place[axis] - pair[0].place[axis])) * spacing_m
 }
 
-/// The vertices within `reach` vertices of any of the points, and a few more.
+/// Returns the vertices within `reach` vertices of any of the points, and a few more.
 pub(crate) fn bounds(origin: [i64; 2], points: &[LinePoint], reach: f64) -> Area {
     let ends = |axis: usize| {
         let places = || points.iter().map(|point| point.place[axis]);
@@ -284,16 +289,18 @@ pub(crate) fn bounds(origin: [i64; 2], points: &[LinePoint], reach: f64) -> Area
         (origin[axis] + low.floor() as i64, origin[axis] + high.floor() as i64)
     };
     let ((x0, x1), (y0, y1)) = (ends(0), ends(1));
-    // To the vertex past the last point, and one more for rounding.
+    // One more for the vertex past the last point, and one since an area ends past its last vertex. The pad is rounded
+    // up, with one to spare.
     Area { x0, y0, x1: x1 + 2, y1: y1 + 2 }.padded(reach as usize + 2)
 }
 
-/// Lines for tests, of this crate and of those that stand on it.
+/// Lines for tests of this crate and of the crates that depend on it.
 #[cfg(any(test, feature = "testing"))]
 pub mod testing {
     use super::{Bed, Line, LineEnd, LineId, LineKind, LinePoint, RoadClass, SiteId, Structure, StructureKind, bounds};
 
-    /// A road 5 m wide, from places, levels and what carries them, in a world of so many metres between vertices.
+    /// Builds a road 5 m wide from the places, levels and carriers of its points, in a world with `spacing_m` metres
+    /// between vertices.
     pub fn road(points: impl Iterator<Item = ([f64; 2], f64, Option<StructureKind>)>, spacing_m: f64) -> Line {
         let (mut line_points, mut carriers) = (Vec::new(), Vec::new());
         for (place, level_m, carrier) in points {

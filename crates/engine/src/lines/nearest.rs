@@ -1,4 +1,4 @@
-//! Where vertices lie by an agent's line: what its bed and its dirt follow from.
+//! The place of vertices relative to an agent's line, from which its bed and its dirt follow.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -8,22 +8,22 @@ use crate::lines::{Bed, Line, LinePoint};
 #[cfg(feature = "gpu")]
 use crate::noise::packed::put;
 
-/// Where a vertex lies by a line.
+/// The place of a vertex relative to a line, at the line's point nearest to the vertex.
 #[derive(Clone, Copy)]
 #[expect(clippy::struct_field_names, reason = "the unit belongs to each name")]
 pub(super) struct Nearest {
-    /// Metres from the line's edge outwards; negative inside.
+    /// Distance in metres from the line's edge; negative inside.
     pub outside_m: f32,
-    /// Height of the line's floor there in metres.
+    /// Height of the line's floor in metres.
     pub floor_m: f32,
-    /// Metres from the floor to the line's level, and from the line's middle to its edge.
+    /// Metres from the floor up to the line's level, and metres from the line's middle to its edge.
     pub filled_m: f32,
     pub half_width_m: f32,
 }
 
-/// Adds words of the pieces of an agent's line that can have an effect on a vertex of `area`, for kernels that run elsewhere, and
-/// says how many there are: the vertices that each is near to, counted from the north-western one of `from`; its ends; its half widths
-/// and floors there.
+/// Adds words for GPU kernels: the pieces of an agent's line that can have an effect on a vertex of `area`. Each piece
+/// has the vertices that it is near to, counted from vertex `from`, its ends, and its half widths and floors there.
+/// Returns the number of pieces.
 #[cfg(feature = "gpu")]
 pub(super) fn pack(line: &Line, area: Area, from: [i64; 2], words: &mut Vec<u32>) -> u32 {
     let mut count = 0;
@@ -39,7 +39,7 @@ pub(super) fn pack(line: &Line, area: Area, from: [i64; 2], words: &mut Vec<u32>
     count
 }
 
-/// Metres from the edge of an agent's line to the hard end of its effect.
+/// Returns the distance in metres from the edge of an agent's line to the hard end of its effect.
 pub(super) fn bank_m(line: &Line) -> f32 {
     match line.bed {
         Bed::Dug { bank_m } => bank_m as f32,
@@ -50,34 +50,35 @@ pub(super) fn bank_m(line: &Line) -> f32 {
 
 /// Calls `visit` for all vertices of `area` on which an agent's line has an effect, once each.
 ///
-/// What counts is the nearest piece of the line alone. The most that any piece does would do, too, but leaves a ripple
-/// along the bank where one piece follows on the other.
+/// Only the nearest piece of the line counts. The greatest effect of any piece would be close to that, but leaves a
+/// ripple along the bank where one piece follows another.
 pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nearest)) {
     let Some(part) = area.common(&line.bounds) else { return };
     let bank_m = bank_m(line);
-    // Infinitely far, so that the first piece that comes near counts.
+    // Infinitely far, so that the first piece in reach is nearer.
     let nowhere = Nearest { outside_m: f32::INFINITY, floor_m: 0.0, filled_m: 0.0, half_width_m: 0.0 };
     let mut nearest = Grid::filled(part, nowhere);
     for piece in line.pieces().map(|ends| BedPiece::new(line, ends, bank_m)) {
         let Area { x0, y0, x1, y1 } = piece.near(part);
         if x0 == x1 {
-            // It lies east or west of the area, where there are no rows.
+            // The piece lies east or west of the area, so no row has vertices near it.
             continue;
         }
         for y in y0..y1 {
             for (x, here) in (x0..x1).zip(nearest.row_mut(y, x0, x1)) {
                 let place = piece.nearest(x, y);
-                // On a tie the piece further up the line stays: the order is the line's, whatever area is asked for.
+                // On a tie the piece further up the line stays, so the result follows the order of the line, whatever
+                // area is asked for.
                 if place.outside_m < here.outside_m {
                     *here = place;
                 }
             }
         }
     }
-    // Only now that all pieces are in: what one of them is near to may lie nearer to a later one.
+    // Only once all pieces are in: a vertex in reach of one piece may lie nearer to a later one.
     for y in part.y0..part.y1 {
         for (x, place) in (part.x0..part.x1).zip(nearest.row(y, part.x0, part.x1)) {
-            // A vertex that no piece has visited lies past the end of the effect.
+            // A vertex that no piece has reached lies beyond the end of the effect.
             if place.outside_m < bank_m {
                 visit(x, y, *place);
             }
@@ -85,21 +86,22 @@ pub(super) fn visit(line: &Line, area: Area, mut visit: impl FnMut(i64, i64, Nea
     }
 }
 
-/// Whether any piece of an agent's line can have an effect on a vertex of `area`, which is exact but for corners.
+/// True if any piece of an agent's line can have an effect on a vertex of `area`. Exact, except at the corners of a
+/// piece's bounding box.
 pub(super) fn touches(line: &Line, area: &Area) -> bool {
     let pieces = || line.pieces().map(|ends| BedPiece::new(line, ends, bank_m(line)));
-    // The bounds first: most lines lie elsewhere, and need not be gone along.
+    // The bounds first: most lines lie elsewhere, and their pieces need no visit.
     line.bounds.common(area).is_some() && pieces().any(|piece| !piece.near(*area).is_empty())
 }
 
-/// 1 up to 0, 0 from 1 on, and smooth between.
+/// Returns 1 for distances up to 0, 0 from 1 on, and a smooth transition between.
 pub(crate) fn fade(distance: f32) -> f32 {
     let rest = 1.0 - distance.clamp(0.0, 1.0);
-    // Its slope is 0 at both ends, so that no crease shows where a bank begins or ends.
+    // The slope is 0 at both ends, so that no crease shows where a bank begins or ends.
     rest * rest * (3.0 - 2.0 * rest)
 }
 
-/// Raises the value of a vertex to another one, if that is greater.
+/// Raises the value of a vertex to `value`, if that is greater.
 pub(super) fn raise<T: Copy + PartialOrd>(grid: &mut Grid<T>, x: i64, y: i64, value: T) {
     let here = &mut grid.row_mut(y, x, x + 1)[0];
     if value > *here {
@@ -107,9 +109,10 @@ pub(super) fn raise<T: Copy + PartialOrd>(grid: &mut Grid<T>, x: i64, y: i64, va
     }
 }
 
-/// A straight piece of an agent's line, in `f32`: its points lie near the line's origin. Pairs are at its start and its end.
+/// A straight piece of an agent's line, in `f32`, since its points lie near the line's origin. Pairs hold values at its
+/// start and its end.
 struct BedPiece {
-    /// The line's origin.
+    /// The line's origin, a vertex.
     origin: [i64; 2],
     from: [f32; 2],
     to: [f32; 2],
@@ -135,11 +138,11 @@ impl BedPiece {
         }
     }
 
-    /// The vertices of `area` that the piece can have an effect on, and then some.
+    /// Returns the vertices of `area` that the piece can have an effect on, and a few more.
     fn near(&self, area: Area) -> Area {
         let reach = (self.half_width_m[0].max(self.half_width_m[1]) + self.bank_m) / self.spacing_m;
-        // Rounded outwards, so that no vertex is missed. The origin is added once that is a whole number: far out in
-        // the world a float has no room for it.
+        // Rounded outwards, so that no vertex is missed. The origin is added after the conversion to a whole number:
+        // far out in the world a float has no room for it.
         let low = |axis: usize, edge: i64| {
             (self.origin[axis] + (self.from[axis].min(self.to[axis]) - reach).floor() as i64).max(edge)
         };
@@ -147,15 +150,15 @@ impl BedPiece {
             (self.origin[axis] + (self.from[axis].max(self.to[axis]) + reach).ceil() as i64 + 1).min(edge)
         };
         let (x0, y0) = (low(0, area.x0), low(1, area.y0));
-        // Beside the area it ends before it begins.
+        // Beside the area the end would come before the beginning, so the area is made empty.
         Area { x0, y0, x1: high(0, area.x1).max(x0), y1: high(1, area.y1).max(y0) }
     }
 
-    /// Where a vertex lies by it.
+    /// Returns the place of a vertex relative to the piece.
     fn nearest(&self, x: i64, y: i64) -> Nearest {
         let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let square = along[0] * along[0] + along[1] * along[1];
-        // Whole numbers are subtracted first: what is left is small and exact, wherever in the world the line lies.
+        // Whole numbers are subtracted first: the difference is small and exact, wherever in the world the line lies.
         let east = (x - self.origin[0]) as f32 - self.from[0];
         let south = (y - self.origin[1]) as f32 - self.from[1];
         let share = if square > 0.0 { ((east * along[0] + south * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };

@@ -1,18 +1,19 @@
-//! The points of a line that suffice to draw it.
+//! The outline of a line: the points that suffice to draw it.
 
 use crate::geometry::length;
 use crate::lines::{Line, LinePoint};
 
-/// Metres by which the line of the points that are kept may miss one that is not: about the width of a line on a map
-/// at 1:1000.
+/// Largest distance in metres between the outline and a point that it leaves out: about the width of a line on a map at
+/// 1:1000.
 const MISS_M: f64 = 0.25;
 
-/// Share by which a piece may seem steeper than the road, for rounding alone.
+/// Factor by which a piece of the outline may be steeper than the road, for rounding alone.
 const STEEPER: f64 = 1.0 + 1e-9;
 
 impl Line {
-    /// The points that suffice to draw it, from its start on: its ends, those where structures begin and end, and of the
-    /// others so many that the line is nowhere 25 cm off, to the side or in height, and nowhere steeper than the line is.
+    /// Returns the points that suffice to draw the line, from its start on: the line's ends, the ends of its
+    /// structures, and enough of the other points for the outline to be nowhere more than 25 cm off the line, to the
+    /// side or in height, and nowhere steeper than the line.
     ///
     /// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
     pub fn outline(&self) -> Vec<LinePoint> {
@@ -51,7 +52,7 @@ impl Line {
     }
 }
 
-/// The straight way from one point to another.
+/// The straight segment from one point to another.
 struct Chord {
     from: LinePoint,
     along: [f64; 2],
@@ -66,7 +67,8 @@ impl Chord {
         Chord { from: *from, along, rise_m: to.level_m - from.level_m, length_m: length(along), spacing_m }
     }
 
-    /// Metres from it to a point, in the place that is nearest as seen from above.
+    /// Returns the distance in metres from the chord to a point, measured at the place of the chord that is nearest as
+    /// seen from above.
     fn miss_m(&self, point: &LinePoint) -> f64 {
         let off = [0, 1].map(|axis| (point.place[axis] - self.from.place[axis]) * self.spacing_m);
         let square = self.length_m * self.length_m;
@@ -84,7 +86,7 @@ mod tests {
     use crate::lines::StructureKind;
     use crate::lines::testing::road;
 
-    /// 8 m east from point to point, in a world of 1 m between vertices.
+    /// Builds a line whose points follow each other 8 m further east, in a world of 1 m between vertices.
     fn line(points: impl Iterator<Item = (f64, f64, Option<StructureKind>)>) -> Line {
         road(
             points.enumerate().map(|(index, (south_m, level_m, kind))| ([8.0 * index as f64, south_m], level_m, kind)),

@@ -1,12 +1,12 @@
-//! Agents' lines as words: what a kernel needs that carves them into land, `shaders/tile.wgsl`.
+//! Agents' lines as words for the kernel in `shaders/tile.wgsl`, which carves them into land.
 
 use crate::area::Area;
 use crate::lines::{Bed, Line, nearest};
 use crate::noise::packed::put;
 
-/// Adds what there is of agents' lines in an area: how many, and of each its kind, its bank and its spacing in metres, where its origin
-/// lies, the vertices that it may touch, and its pieces. `None` where a line is no agent's, or has a bank of no width: the kernel
-/// knows no such lines.
+/// Packs the agents' lines in an area: their number, and for each line its kind, its bank and its spacing in metres,
+/// the area's corner relative to its origin, the vertices that it may touch, and its pieces. `None` if a line is not an
+/// agent's, or has a bank without width: the kernel cannot handle such lines.
 pub(crate) fn pack<'a>(lines: impl IntoIterator<Item = &'a Line>, area: Area) -> Option<Vec<u32>> {
     let mut words = vec![0];
     for line in lines {
@@ -35,7 +35,7 @@ pub(crate) fn pack<'a>(lines: impl IntoIterator<Item = &'a Line>, area: Area) ->
     Some(words)
 }
 
-/// The corners of an area near a vertex, counted from there.
+/// Returns the corners of an area, counted from a vertex near it.
 pub(super) fn corners(area: Area, from: [i64; 2]) -> [u32; 4] {
     let Area { x0, y0, x1, y1 } = area;
     [x0 - from[0], y0 - from[1], x1 - from[0], y1 - from[1]].map(|at| at as i32 as u32)

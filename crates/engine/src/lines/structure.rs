@@ -1,22 +1,22 @@
-//! Structures: what carries a line where the land does not.
+//! Structures: bridges, tunnels and fords, which carry a line where the land does not.
 
 use crate::geometry::length;
 use crate::lines::Line;
 use crate::memory::heap_bytes;
 
-/// What carries a road instead of the land.
+/// Kind of a structure that carries a road instead of the land.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StructureKind {
-    /// A bridge, over water or over a dip: the land stays as it is.
+    /// A bridge over water or over a dip. The land under it stays as it is.
     Bridge,
-    /// A tunnel, likewise.
+    /// A tunnel. The land over it stays as it is.
     Tunnel,
-    /// A river's bed, which wheels and hooves go through.
+    /// A ford: wheels and hooves go through the river's bed.
     Ford,
 }
 
 impl StructureKind {
-    /// The name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             StructureKind::Bridge => "bridge",
@@ -29,18 +29,18 @@ impl StructureKind {
 /// A bridge, a tunnel or a ford of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Structure {
-    /// A bridge, a tunnel or a ford.
+    /// The kind of structure.
     pub kind: StructureKind,
-    /// Its first point among the line's.
+    /// Index of the structure's first point in the line.
     pub first: usize,
-    /// Its last point, which may be its first.
+    /// Index of the structure's last point in the line; may be the same as `first`.
     pub last: usize,
 }
 
 heap_bytes!(Structure);
 
 impl Structure {
-    /// The structures of a line whose points are carried so: a run of the same kind is one.
+    /// Returns the structures of a line, given the carrier of each point: a run of the same kind is one structure.
     pub fn of_points(carriers: &[Option<StructureKind>]) -> Vec<Structure> {
         let (mut structures, mut first) = (Vec::new(), 0);
         for run in carriers.chunk_by(|a, b| a == b) {
@@ -51,7 +51,7 @@ impl Structure {
         structures
     }
 
-    /// The place of the line half of the structure's length from its first point, in 1/256 vertex.
+    /// Returns the midpoint of the structure along the line, in 1/256 vertex.
     pub fn middle(&self, line: &Line) -> [i64; 2] {
         let points = &line.points[self.first..=self.last];
         let fixed: Vec<[i64; 2]> = points.iter().map(|point| line.fixed(point)).collect();
@@ -59,7 +59,7 @@ impl Structure {
     }
 }
 
-/// The place half of the length along some places.
+/// Returns the midpoint of a polyline along its length.
 fn halfway(places: &[[i64; 2]]) -> [i64; 2] {
     let way = |pair: &[[i64; 2]]| [0, 1].map(|axis| (pair[1][axis] - pair[0][axis]) as f64);
     let mut left = places.windows(2).map(|pair| length(way(pair))).sum::<f64>() / 2.0;

@@ -1,4 +1,4 @@
-//! What trodden roads do to an area: agents' roads.
+//! Trodden roads in the land: the roads of agents.
 //!
 //! Each value is a maximum over the lines, so their order does not matter.
 
@@ -7,28 +7,28 @@ use crate::grid::Grid;
 use crate::lines::nearest::{self, fade, raise};
 use crate::lines::{Bed, Line};
 
-/// What all trodden lines together do to the vertices of an area.
+/// The effect of all trodden lines together on the vertices of an area.
 #[derive(Clone, Debug)]
 pub struct Trodden {
     /// Share of dirt, 0 to 1.
     pub dirt: Grid<f32>,
-    /// Share of the road's level, and that level, where any road is levelled.
+    /// Share to which a vertex is brought to the level of a road, and that level; `None` if no road is levelled.
     grade: Option<Grid<(f32, f32)>>,
 }
 
 impl Trodden {
-    /// Nothing done to `area`.
+    /// Creates the effect of no lines on `area`.
     pub(super) fn blank(area: Area) -> Trodden {
         Trodden { dirt: Grid::filled(area, 0.0), grade: None }
     }
 
-    /// Dirt on land that was levelled already.
+    /// Creates the effect of dirt alone, on land that has been levelled already.
     #[cfg(feature = "gpu")]
     pub(super) fn of_dirt(dirt: Grid<f32>) -> Trodden {
         Trodden { dirt, grade: None }
     }
 
-    /// Adds what a line does.
+    /// Adds the effect of a line.
     pub(super) fn add(&mut self, line: &Line) {
         let Bed::Trodden { shoulder_m, graded } = line.bed else { return };
         let (shoulder_m, area) = (shoulder_m as f32, self.dirt.area());
@@ -36,13 +36,13 @@ impl Trodden {
             let share = fade(place.outside_m / shoulder_m);
             raise(&mut self.dirt, x, y, share);
             if graded {
-                // The nearest road wins, and of two as near the higher one.
+                // The nearest road wins, and of two equally near roads the higher one.
                 raise(self.grade.get_or_insert_with(|| no_grade(area)), x, y, (share, place.floor_m));
             }
         });
     }
 
-    /// Levels heights.
+    /// Levels the heights.
     pub(super) fn shape(&self, heights: &mut Grid<f32>) {
         let Some(grade) = &self.grade else { return };
         for (height_m, (share, level_m)) in heights.values_mut().iter_mut().zip(grade.values()) {
@@ -50,7 +50,7 @@ impl Trodden {
         }
     }
 
-    /// Adds what another one does to a part of this one's area.
+    /// Adds the effect of `other`, whose area is a part of this one's.
     pub(super) fn merge(&mut self, other: &Trodden) {
         let area = self.dirt.area();
         for (x, y) in other.dirt.area().vertices() {
@@ -61,7 +61,7 @@ impl Trodden {
         }
     }
 
-    /// Does only a share of it to a vertex.
+    /// Reduces the effect on a vertex to a share.
     pub(super) fn weaken(&mut self, x: i64, y: i64, share: f32) {
         self.dirt.row_mut(y, x, x + 1)[0] *= share;
         if let Some(grade) = &mut self.grade {
@@ -69,7 +69,7 @@ impl Trodden {
         }
     }
 
-    /// What is done to a part of the area, which must be within it.
+    /// Returns the effect on a part of the area, which must lie within it.
     pub(super) fn part(&self, area: Area) -> Trodden {
         Trodden { dirt: self.dirt.part(area), grade: self.grade.as_ref().map(|grade| grade.part(area)) }
     }

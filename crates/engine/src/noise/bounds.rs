@@ -1,4 +1,4 @@
-//! Proof of a fractal's range, by interval arithmetic over its octaves.
+//! Proof of a fractal's range, by interval arithmetic over the octaves.
 
 use super::spec::FractalKind;
 
@@ -19,7 +19,7 @@ impl Interval {
         Interval(self.0 + other.0, self.1 + other.1)
     }
 
-    /// The square of the interval of |value|.
+    /// Returns the range of the squares of the interval's values.
     fn squared(self) -> Interval {
         let (a, b) = (self.0 * self.0, self.1 * self.1);
         Interval(if self.0 <= 0.0 && self.1 >= 0.0 { 0.0 } else { a.min(b) }, a.max(b))
@@ -34,10 +34,11 @@ impl Interval {
     }
 }
 
-/// How much the range is widened for rounding: a few hundred roundings of 2^-24 of the largest magnitude met on the way.
+/// Share of the largest intermediate magnitude by which the range is widened for rounding: a few hundred roundings of
+/// 2^-24.
 const ROUNDING: f64 = 1.0 / 65536.0;
 
-/// The range of a fractal with these octave amplitudes, given that noise stays within -1 and 1.
+/// Returns the range of a fractal with these octave amplitudes, given that noise stays within -1 and 1.
 pub(super) fn bounds(kind: FractalKind, amplitudes: &[f64]) -> (f32, f32) {
     let noise = Interval(-1.0, 1.0);
     let point = |value: f64| Interval(value, value);
@@ -49,26 +50,26 @@ pub(super) fn bounds(kind: FractalKind, amplitudes: &[f64]) -> (f32, f32) {
         let added = match kind {
             FractalKind::Fbm => noise.times(scale),
             FractalKind::Ridged { offset, gain } => {
-                // |noise| is from 0 to 1, not from -1.
+                // noise| is from 0 to 1, so the ridge is from offset - 1 to offset.
                 let signal = Interval(offset - 1.0, offset).squared().times(weight);
                 weight = signal.times(point(gain)).clamped(0.0, 1.0);
                 signal.times(scale)
             }
             FractalKind::Hybrid { offset } => {
                 let signal = noise.plus(point(offset)).times(scale).times(weight);
-                // The weight of the next octave, cut at one from above only.
+                // The weight of the next octave is limited from above only, to 1.
                 weight = signal.clamped(f64::NEG_INFINITY, 1.0);
                 signal
             }
             FractalKind::Hetero { offset } if octave == 0 => noise.plus(point(offset)),
             FractalKind::Hetero { offset } => {
-                // value + signal value, as one product: the two are the same value.
+                // value + signal value, as one product: in a sum of two intervals the two values could differ.
                 let grown = point(1.0).plus(noise.plus(point(offset)).times(scale)).times(value);
                 value = point(0.0);
                 grown
             }
         };
-        // What is rounded on the way may be larger than what comes out.
+        // Intermediate values may be larger than the result, and so are their roundings.
         value = value.plus(added);
         magnitude = magnitude.max(value.magnitude()).max(added.magnitude());
         if let FractalKind::Ridged { offset, .. } | FractalKind::Hybrid { offset } | FractalKind::Hetero { offset } =

@@ -1,42 +1,42 @@
-//! How the octaves of a fractal are added up: one type a kind.
+//! Folds: the ways in which the octaves of a fractal are added up, one type for each kind.
 
 use crate::simd::Simd;
 
-/// What a vertex carries from octave to octave.
+/// The state of a vertex between two octaves.
 #[derive(Clone, Copy)]
 pub(super) struct State<S: Simd> {
     /// The sum (or product) so far.
     pub value: S::F32,
-    /// What the next octave counts for.
+    /// The weight of the next octave.
     pub weight: S::F32,
 }
 
-/// The numbers of one octave that its fold needs.
+/// Constants of one octave that the fold of its kind needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FoldStep {
-    /// What the noise was multiplied by already, in its gradients, which costs nothing.
+    /// Factor of the noise. It is multiplied into the gradients, where it costs nothing per vertex.
     pub noise_scale: f64,
     /// The kind's offset, in the units of the scaled noise.
     pub offset: f32,
-    /// What the octave counts for, if that is not in `noise_scale`.
+    /// Amplitude of the octave where `noise_scale` does not contain it, else 1.
     pub amplitude: f32,
 }
 
 /// A kind of fractal. `noise` is scaled by [`FoldStep::noise_scale`].
 pub(super) trait Fold {
-    /// The state after octave 0.
+    /// Returns the state after octave 0.
     fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S>;
-    /// The state after a further octave.
+    /// Returns the state after a further octave.
     fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S>;
 }
 
-/// Fractal Brownian motion: the plain sum. Noise scaled by the amplitude.
+/// Fractal Brownian motion: the plain sum. The noise is scaled by the amplitude.
 pub(super) struct Fbm;
 
 impl Fold for Fbm {
     #[inline(always)]
     fn first<S: Simd>(_: S, _: &FoldStep, noise: S::F32) -> State<S> {
-        // Nothing reads the weight of this kind: what is at hand costs nothing.
+        // The weight is not read for this kind; the noise is a value at hand that costs nothing.
         State { value: noise, weight: noise }
     }
 
@@ -48,7 +48,8 @@ impl Fold for Fbm {
 
 /// Ridged multifractal: `signal = (offset - |noise|)^2 weight`, and the next weight is `clamp(gain signal, 0, 1)`.
 ///
-/// Noise and offset scaled by sqrt(gain), so that the square is `gain signal` at once; the amplitude is divided by gain.
+/// Noise and offset are scaled by sqrt(gain), so that the square is `gain signal` at once; the amplitude is divided by
+/// gain.
 pub(super) struct Ridged;
 
 impl Fold for Ridged {
@@ -65,14 +66,14 @@ impl Fold for Ridged {
         let signal = ridge * ridge * state.weight;
         State {
             value: state.value + signal * simd.splat(step.amplitude),
-            // Never negative: a square times a weight.
+            // The signal is a square times a weight, so it is never negative.
             weight: simd.min(signal, simd.splat(1.0)),
         }
     }
 }
 
-/// Hybrid multifractal: `signal = (noise + offset) amplitude` counts as much as all signals before it, at most once.
-/// Noise and offset scaled by the amplitude.
+/// Hybrid multifractal: each `signal = (noise + offset) amplitude` is multiplied by the weighted signal of the octave
+/// before, limited to 1. Noise and offset are scaled by the amplitude.
 pub(super) struct Hybrid;
 
 impl Fold for Hybrid {
@@ -83,14 +84,16 @@ impl Fold for Hybrid {
 
     #[inline(always)]
     fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S> {
-        // Cut where it is read, since `lifted` leaves the first one as it is.
+        // The weight is limited here, where it is read, since `lifted` does not limit the weight after the first
+        // octave.
         let weight = simd.min(state.weight, simd.splat(1.0));
         let signal = weight * (noise + simd.splat(step.offset));
         State { value: state.value + signal, weight: signal }
     }
 }
 
-/// Heterogeneous terrain: an octave adds in proportion to the height so far. Noise and offset scaled by the amplitude.
+/// Heterogeneous terrain: an octave adds in proportion to the height so far. Noise and offset are scaled by the
+/// amplitude.
 pub(super) struct Hetero;
 
 impl Fold for Hetero {
@@ -106,7 +109,7 @@ impl Fold for Hetero {
     }
 }
 
-/// The first octave of the two fractals that begin with the noise itself, lifted by the offset.
+/// Returns the state after the first octave of hybrid and heterogeneous fractals: the noise, lifted by the offset.
 #[inline(always)]
 fn lifted<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
     let value = noise + simd.splat(step.offset);

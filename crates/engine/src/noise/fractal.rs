@@ -1,4 +1,4 @@
-//! A fractal: its octaves, and the loop that fills an area with it.
+//! Fractals: their octaves, and the loop that fills an area.
 
 use super::bounds::bounds;
 use super::fold::{Fbm, Fold, FoldStep, Hetero, Hybrid, Ridged, State};
@@ -21,14 +21,14 @@ pub struct Fractal {
     max_warp_m: f32,
 }
 
-/// Blocks are aligned with the world: that gives a vertex the same bits in every area. So these two numbers are part
-/// of what the noise is. A block's sums stay in the first-level cache.
+/// Columns and rows of a block. Blocks are aligned with the world, so a vertex has the same bits in every area, and
+/// these two numbers are part of the noise's definition. The sums of a block fit in the first-level cache.
 pub(super) const BLOCK_COLUMNS: usize = 64;
 pub(super) const BLOCK_ROWS: usize = 32;
 const BLOCK_VERTICES: usize = BLOCK_COLUMNS * BLOCK_ROWS;
 const _: () = assert!(BLOCK_COLUMNS.is_multiple_of(MAX_LANES) && BLOCK_ROWS.is_multiple_of(MAX_LANES));
 
-/// How many cells of the finest octave a displacement may span: so far a float tells 2^-13 of a cell.
+/// Largest displacement in cells of the finest octave: a float of this size resolves 2^-13 of a cell.
 const MAX_WARP_CELLS: f64 = 1024.0;
 
 #[derive(Clone, Debug)]
@@ -36,12 +36,12 @@ pub(super) struct Octave {
     pub lattice: Lattice,
     pub step: FoldStep,
     pub evaluation: Evaluation,
-    /// For warped areas, and for the shortest waves.
+    /// Used for warped areas, and for the shortest waves.
     pub simplex: Simplex<BLOCK_COLUMNS>,
 }
 
-/// How the noise of an octave is computed. All compute the same function, but round differently, so which one an octave
-/// takes depends on its frequency alone and is part of what the noise is.
+/// The method that computes the noise of an octave. All methods compute the same function, but round differently. So
+/// the choice depends on the octave's frequency alone, and is part of the noise's definition.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "a fractal has a handful of octaves")]
 pub(super) enum Evaluation {
@@ -51,13 +51,13 @@ pub(super) enum Evaluation {
 }
 
 impl Fractal {
-    /// The fractal on a vertex lattice of this spacing.
+    /// Makes the fractal on a vertex lattice of this spacing.
     ///
-    /// The seed should be mixed for this use of noise already: two fractals with the same seed are alike.
+    /// The seed should already be mixed for this use of noise: two fractals with the same seed are alike.
     ///
     /// # Panics
-    /// If there is no octave, a number is not finite, the lacunarity is below one, the gain out of range, or
-    /// the finest octave's waves are shorter than the spacing.
+    /// If there is no octave, a number is not finite, the lacunarity is below one, the gain is out of range, or the
+    /// waves of the finest octave are shorter than the spacing.
     pub fn new(spec: &FractalSpec, spacing_m: f64, seed: u64) -> Fractal {
         assert!(spec.octaves >= 1, "a fractal needs an octave");
         assert!(spec.lacunarity >= 1.0, "lacunarity must be at least 1, not {}", spec.lacunarity);
@@ -65,10 +65,11 @@ impl Fractal {
         let mut kind = spec.kind;
         let mut octave_count = spec.octaves;
         if let FractalKind::Ridged { offset, gain } = spec.kind {
-            // Noise is scaled by its root, and the amplitude by its inverse: both must be good floats.
+            // The noise is scaled by the gain's root, and the amplitude by its inverse: both must be floats without
+            // underflow or overflow.
             assert!(gain == 0.0 || (1e-6..=1e6).contains(&gain), "gain must be 0 or from 1e-6 to 1e6, not {gain}");
             if gain == 0.0 {
-                // Every weight after the first octave is zero.
+                // With a gain of 0, every weight after the first octave is zero.
                 octave_count = 1;
                 kind = FractalKind::Ridged { offset, gain: 1.0 };
             }
@@ -79,20 +80,22 @@ impl Fractal {
         let mut octaves = Vec::new();
         for (octave, &amplitude) in (0..).zip(&amplitudes) {
             octaves.push(Octave::new(kind, frequency, amplitude, spacing_m, Lattice::new(frequency, seed, octave)));
-            // Far away the last bit of a frequency is many cells: how it is rounded here is part of what the noise is.
+            // Far away, the last bit of a frequency makes many cells of difference: this rounding is part of the
+            // noise's definition.
             frequency *= spec.lacunarity;
         }
         let finest_m = spacing_m / octaves[octaves.len() - 1].lattice.frequency;
         Fractal { kind, bounds: bounds(kind, &amplitudes), max_warp_m: (MAX_WARP_CELLS * finest_m) as f32, octaves }
     }
 
-    /// The least and the greatest value that can come out, rounding included. Proved, and therefore wider than what will be met.
+    /// Returns the least and the greatest possible value, rounding included. The bounds are proved, and
+    /// therefore wider than the values that occur.
     pub fn bounds(&self) -> (f32, f32) {
         self.bounds
     }
 
-    /// The largest displacement along an axis that [`Fractal::fill_warped`] accepts: 1024 wavelengths of the finest
-    /// octave, since a float cannot place a vertex well within a cell further away.
+    /// Returns the largest displacement along an axis, in metres, that [`Fractal::fill_warped`] accepts: 1024
+    /// wavelengths of the finest octave. Further away, a float cannot place a vertex precisely enough within a cell.
     pub fn max_warp_m(&self) -> f32 {
         self.max_warp_m
     }
@@ -108,7 +111,8 @@ impl Fractal {
 
     /// Fills `out` with the values at the vertices of `area`, each displaced by metres east and south.
     ///
-    /// All octaves are computed vertex by vertex, so a displacement of zero gives the values of [`Fractal::fill`] only nearly.
+    /// All octaves are computed vertex by vertex, so with a displacement of zero the values differ slightly from those
+    /// of [`Fractal::fill`].
     ///
     /// # Panics
     /// If a slice has not as many elements as the area has vertices, or a displacement is beyond
@@ -118,20 +122,20 @@ impl Fractal {
         self.run(None, area, Some(warp), out);
     }
 
-    /// [`Fractal::fill`] at a given level: for tests and benchmarks.
+    /// Does the same as [`Fractal::fill`] at a given SIMD level: for tests and benchmarks.
     pub fn fill_at(&self, level: Level, area: Area, out: &mut [f32]) {
         assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
         self.run(Some(level), area, None, out);
     }
 
-    /// [`Fractal::fill_warped`] at a given level: for tests and benchmarks.
+    /// Does the same as [`Fractal::fill_warped`] at a given SIMD level: for tests and benchmarks.
     pub fn fill_warped_at(&self, level: Level, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
         let warp = self.checked_warp(area, dx_m, dy_m, out.len());
         self.run(Some(level), area, Some(warp), out);
     }
 
-    /// Runs the kernel of this kind, at the chosen level if none is given. A kernel a kind: one for all would
-    /// be a single function of a size that only an optimising compiler can cope with.
+    /// Runs the kernel of this fractal's kind, at the given SIMD level or the best one. Each kind has a kernel of its
+    /// own: one for all kinds would be a function so large that only an optimising compiler copes with it.
     fn run(&self, level: Option<Level>, area: Area, warp: Option<Displacement<'_>>, out: &mut [f32]) {
         match self.kind {
             FractalKind::Fbm => self.run_kind::<Fbm>(level, area, warp, out),
@@ -155,7 +159,7 @@ impl Fractal {
             values == vertices && dx_m.len() == vertices && dy_m.len() == vertices,
             "one value and one displacement for each vertex of the area"
         );
-        // Counted, not searched, which takes a tenth of the time; NaN is counted too.
+        // Counting takes a tenth of the time of a search that stops at the first hit. NaN counts as too far.
         let too_far = |displacements: &[f32]| {
             displacements.iter().map(|d| u32::from(d.is_nan() || d.abs() > self.max_warp_m)).sum::<u32>()
         };
@@ -170,7 +174,7 @@ impl Fractal {
 
 impl Octave {
     fn new(kind: FractalKind, frequency: f64, amplitude: f64, spacing_m: f64, lattice: Lattice) -> Octave {
-        // As each kind's fold asks for it: what is multiplied into the gradients costs nothing a vertex.
+        // Constants for the kind's fold: factors multiplied into the gradients cost nothing per vertex.
         let step = match kind {
             FractalKind::Fbm => FoldStep { noise_scale: amplitude, offset: 0.0, amplitude: 1.0 },
             FractalKind::Ridged { offset, gain } => FoldStep {
@@ -182,7 +186,7 @@ impl Octave {
                 FoldStep { noise_scale: amplitude, offset: (offset * amplitude) as f32, amplitude: 1.0 }
             }
         };
-        // The fastest that has room for waves of this length.
+        // The fastest method that supports waves of this length.
         let evaluation = if frequency <= Splat::<BLOCK_COLUMNS, BLOCK_ROWS>::MAX_FREQUENCY {
             Evaluation::Splat(Splat::new(&lattice, step.noise_scale))
         } else if frequency <= RowWise::<BLOCK_COLUMNS>::MAX_FREQUENCY {
@@ -201,7 +205,7 @@ struct Displacement<'a> {
     dy_m: &'a [f32],
 }
 
-/// The computation of an area.
+/// The kernel that fills an area.
 struct FractalFill<'a, F> {
     fractal: &'a Fractal,
     area: Area,
@@ -210,11 +214,11 @@ struct FractalFill<'a, F> {
     kind: PhantomData<F>,
 }
 
-/// One number for each vertex of a block, in strips as wide as the lanes, each as high as the block.
+/// One number for each vertex of a block, stored in strips: each is as wide as the lanes and as high as the block.
 #[repr(align(64))]
 struct Strips([f32; BLOCK_VERTICES]);
 
-/// The vertices of a block that are wanted.
+/// The vertices of a block that lie in the area.
 struct Part {
     columns: Range<usize>,
     rows: Range<usize>,
@@ -237,7 +241,7 @@ impl<F: Fold> Kernel for FractalFill<'_, F> {
         if self.out.is_empty() {
             return;
         }
-        // Once for all blocks: what is wanted of a block is written before it is read.
+        // The same memory serves all blocks: every value is written for a block before it is read.
         let zeros = || Strips([0.0; BLOCK_VERTICES]);
         let mut scratch =
             BlockScratch { bumps: Bumps::new(), value: zeros(), weight: zeros(), dx_m: zeros(), dy_m: zeros() };
@@ -271,12 +275,12 @@ impl<F: Fold> FractalFill<'_, F> {
                 scratch.dy_m.set_row::<S>(row, part, &warp.dy_m[start..]);
             }
         }
-        // Octave by octave, so that what an octave finds of its lattice once serves the whole block.
+        // Octave by octave, so that an octave looks up its lattice points once for the whole block.
         for (index, octave) in self.fractal.octaves.iter().enumerate() {
             let position = octave.lattice.at(x, y);
             let is_first = index == 0;
             match &octave.evaluation {
-                // Displaced vertices are no row any more, and have nothing in common.
+                // Displaced vertices do not lie in rows, so nothing can be computed for a whole row.
                 _ if self.warp.is_some() => fold_simplex::<S, F, true>(simd, octave, position, is_first, part, scratch),
                 Evaluation::Splat(splat) => fold_splat::<S, F>(simd, octave, splat, position, is_first, part, scratch),
                 Evaluation::RowWise(rows) => fold_rows::<S, F>(simd, octave, rows, position, is_first, part, scratch),
@@ -303,7 +307,7 @@ fn fold_splat<S: Simd, F: Fold>(
     splat.find_bumps(simd, position, &mut scratch.bumps);
     for strip in strips::<S>(part) {
         let column = strip * S::LANES;
-        // Whole, whatever rows are wanted: a strip's place in the block does not depend on the area.
+        // The whole strip, whatever rows are wanted: a strip's place in the block does not depend on the area.
         let range = column * BLOCK_ROWS..(column + S::LANES) * BLOCK_ROWS;
         let mut sink = FoldSink::<F> {
             octave,
@@ -344,7 +348,8 @@ fn fold_rows<S: Simd, F: Fold>(
     part: &Part,
     scratch: &mut BlockScratch,
 ) {
-    // Stepped to from the block's first row: positions are whole numbers, so this is exact and the same in every area.
+    // The rows before the part are stepped over: positions are whole numbers, so the steps are exact, and the same in
+    // every area.
     let mut points = PointRows::new();
     let mut row_position = position;
     for row in 0..part.rows.end {
@@ -371,7 +376,7 @@ fn fold_simplex<S: Simd, F: Fold, const WARPED: bool>(
     part: &Part,
     scratch: &mut BlockScratch,
 ) {
-    // Stepped to as in `fold_rows`, and for the same reason.
+    // The rows before the part are stepped over, as in `fold_rows`.
     let lanes = octave.simplex.lanes(simd);
     let mut row_position = position;
     for row in 0..part.rows.end {
@@ -412,14 +417,14 @@ fn fold<S: Simd, F: Fold>(
     simd.store(state.weight, weight);
 }
 
-/// The strips in which a part lies.
+/// Returns the range of strips that overlap a part.
 #[inline(always)]
 fn strips<S: Simd>(part: &Part) -> Range<usize> {
     part.columns.start / S::LANES..(part.columns.end - 1) / S::LANES + 1
 }
 
 impl Strips {
-    /// Sets the wanted columns of a row to the first of `values`.
+    /// Copies the first of `values` into the wanted columns of a row.
     #[inline(always)]
     fn set_row<S: Simd>(&mut self, row: usize, part: &Part, values: &[f32]) {
         let mut done = 0;
@@ -432,7 +437,7 @@ impl Strips {
         }
     }
 
-    /// Writes the wanted columns of a row to the first of `values`.
+    /// Copies the wanted columns of a row to the first of `values`.
     #[inline(always)]
     fn get_row<S: Simd>(&self, row: usize, part: &Part, values: &mut [f32]) {
         let mut done = 0;
@@ -441,7 +446,7 @@ impl Strips {
             let end = part.columns.end.min((strip + 1) * S::LANES) - strip * S::LANES;
             let vector = &self.0[strip * S::LANES * BLOCK_ROWS + row * S::LANES..][..S::LANES];
             if end - start == S::LANES {
-                // A whole vector, by far the most frequent: a copy of known size is a move or two.
+                // A whole vector, by far the most frequent case: a copy of known size compiles to a move or two.
                 values[done..done + S::LANES].copy_from_slice(vector);
             } else {
                 values[done..done + end - start].copy_from_slice(&vector[start..end]);

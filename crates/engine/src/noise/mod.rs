@@ -12,13 +12,13 @@
 //!                 values of an Area, within bounds.rs
 //! ```
 //!
-//! All three evaluate the same function, two-dimensional simplex noise, but round differently. Which one
-//! an octave takes depends on its wavelength alone, so a vertex has the same bits in every area, at every vector width.
+//! All three evaluate the same function, two-dimensional simplex noise, but round differently. The octave's wavelength
+//! alone decides which one computes it, so a vertex has the same bits in every area, at every vector width.
 //!
-//! Vector operations for a vector and octave: 29 bump by bump where three bumps overlap (7 each), 66 row by row, 102
-//! vertex by vertex, all with 7 to fold a ridged octave.
+//! Number of vector operations per vector and octave: 29 bump by bump where three bumps overlap (7 each), 66 row by
+//! row, 102 vertex by vertex. Each includes 7 operations to fold a ridged octave.
 //!
-//! [`Stripes`] are another noise on positions just as exact: waves along a given direction (`stripes.rs`).
+//! [`Stripes`] are another noise, on positions that are just as exact: waves along a given direction (`stripes.rs`).
 
 mod bounds;
 mod fold;

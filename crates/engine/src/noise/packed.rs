@@ -1,8 +1,8 @@
-//! Fractals as words: what a kernel needs that runs elsewhere than on lanes, and computes the same bits.
+//! Fractals packed into words, for kernels that run on a GPU and compute the same bits.
 //!
-//! A kernel of the GPU (`shaders/relief.wgsl`, which has the names of the functions here) runs once a vertex, in the same
-//! blocks of 64 x 32 vertices. All that takes more bits than it has, where a block lies in the lattice of each octave, is
-//! computed here for each block; all else is the same for all of them.
+//! The GPU's kernel (`shaders/relief.wgsl`, which uses the names of the functions here) runs once per vertex, in the
+//! same blocks of 64 x 32 vertices. The position of a block in the lattice of each octave takes more bits than the GPU
+//! has, so it is computed here for each block; everything else is the same for all blocks.
 
 use super::fractal::{BLOCK_COLUMNS, BLOCK_ROWS, Evaluation, Fractal, Octave};
 use super::rows::pack_row;
@@ -13,16 +13,17 @@ use super::splat::{FAR, Splat};
 /// Columns and rows of the blocks in which fractals are computed; blocks are aligned with the world.
 pub(crate) const BLOCK: [usize; 2] = [BLOCK_COLUMNS, BLOCK_ROWS];
 
-/// Words of an octave in what is the same for all blocks.
+/// Number of words of an octave that are the same for all blocks.
 const OCTAVE_WORDS: usize = 8 + 32 + BLOCK_COLUMNS + BLOCK_ROWS;
 
-/// Rows of lattice points that reach a block when they are added bump by bump, and the points of a row, at most: see `splat.rs`.
+/// Bounds on the lattice points whose bumps reach a block (see `splat.rs`): the number of rows, and of points in a row.
+/// And the words of a point and of a row.
 const POINT_ROWS: usize = 5;
 const POINT_COLUMNS: usize = 6;
 const POINT_WORDS: usize = 3;
 const POINT_ROW_WORDS: usize = 2 + POINT_WORDS * POINT_COLUMNS;
 
-/// How a kernel computes an octave.
+/// The method by which a kernel computes an octave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 enum Way {
@@ -42,7 +43,7 @@ impl Way {
         }
     }
 
-    /// Words of an octave that each block has for itself.
+    /// Returns the number of words of an octave that each block has of its own.
     fn block_words(self) -> usize {
         match self {
             Way::Splat => 1 + POINT_ROWS * POINT_ROW_WORDS,
@@ -52,14 +53,15 @@ impl Way {
     }
 }
 
-/// Puts numbers behind each other, floats as their bits.
+/// Appends floats, as their bits.
 pub fn put(words: &mut Vec<u32>, floats: impl IntoIterator<Item = f32>) {
     words.extend(floats.into_iter().map(f32::to_bits));
 }
 
 impl Fractal {
-    /// Adds what is the same for all blocks: the kind, the number of octaves, and the octaves. `block_words` is how many words a
-    /// block has of what was packed before, and grows by those of this fractal.
+    /// Appends the words that are the same for all blocks: the kind, the number of octaves, and the octaves.
+    /// `block_words` is the number of words that a block has for fractals packed earlier; this fractal's are added to
+    /// it.
     pub(crate) fn pack(&self, is_warped: bool, words: &mut Vec<u32>, block_words: &mut usize) {
         let kind = match self.kind {
             FractalKind::Fbm => 0,
@@ -78,7 +80,7 @@ impl Fractal {
             words.push(0);
             match &octave.evaluation {
                 Evaluation::Splat(splat) if !is_warped => {
-                    // Gradients go with the points.
+                    // The gradients are stored with the points of each block.
                     words.extend([0; 32]);
                     put(words, splat.columns);
                     put(words, splat.rows);
@@ -97,7 +99,7 @@ impl Fractal {
         }
     }
 
-    /// Adds what the block has for itself whose first vertex is (x, y).
+    /// Appends the words of the block whose first vertex is (x, y).
     pub(crate) fn pack_block(&self, is_warped: bool, (x, y): (i64, i64), words: &mut Vec<u32>) {
         for octave in &self.octaves {
             let mut position = octave.lattice.at(x, y);
@@ -124,8 +126,9 @@ impl Fractal {
     }
 }
 
-/// Adds the points that reach a block: where its first vertex lies among their rows; for each row the distance to the south and
-/// where the vertex lies among its points; for each point the distance to the east, and the gradient.
+/// Appends the points whose bumps reach a block: the position of the block's first vertex among the rows of points; for
+/// each row its distance to the south and the position of the vertex among its points; for each point its distance to
+/// the east, and the gradient.
 fn pack_points(splat: &Splat<BLOCK_COLUMNS, BLOCK_ROWS>, position: [u128; 2], words: &mut Vec<u32>) {
     let points = splat.points(position);
     let rows = points.rows();
@@ -139,7 +142,7 @@ fn pack_points(splat: &Splat<BLOCK_COLUMNS, BLOCK_ROWS>, position: [u128; 2], wo
             put(words, [points.dx(column, row), gradient_x, gradient_y]);
         }
         debug_assert!(words.len() <= end, "more points in a row than there can be");
-        // Points that are not there are out of reach.
+        // Unused places get points that are out of reach.
         while words.len() < end {
             put(words, [FAR, 0.0, 0.0]);
         }

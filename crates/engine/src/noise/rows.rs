@@ -1,9 +1,10 @@
-//! Noise row by row: what the vertices of a row have in common is computed once. For short waves.
+//! Noise row by row, for short waves: values that the vertices of a row share are computed once.
 //!
-//! A row of vertices runs between two rows of lattice points, at the same distance from each for all of them. Of a row
-//! of points a vertex sees two at most, the next to the west and the next to the east, for a bump is wide sqrt(2) and points
-//! are `EDGE` apart, more than half of that. So four bumps are added, without asking in which triangle
-//! the vertex lies, and their gradients are picked from a short stretch of the row of points: no hash a vertex.
+//! A row of vertices runs between two rows of lattice points, at a constant distance from each. A vertex is reached by
+//! at most two points of such a row, the next to the west and the next to the east: a bump is sqrt(2) wide, and the
+//! points are `EDGE` apart, which is more than half of that. So four bumps are added, without determining in which
+//! triangle the vertex lies. Their gradients are picked from a short stretch of the row of points, so no hash is
+//! computed per vertex.
 
 use super::lattice::{
     DIRECTIONS, EDGE, FRACTION_BITS, LANE_FRACTION, LANE_FRACTION_BITS, Lattice, NORMALISATION, cell, fraction, hash,
@@ -11,18 +12,19 @@ use super::lattice::{
 };
 use crate::simd::{MAX_LANES, Simd};
 
-/// Points of a row that a block can need: as many as it has columns, and a vector's more, for tables are read whole.
+/// Number of points of a row that a block can need: as many as it has columns, and a vector more, since tables are read
+/// in whole vectors.
 const POINTS: usize = 96;
 
-/// Vectors in a row of a block, at most: with the fewest lanes, four.
+/// Largest number of vectors in a row of a block: with four lanes, the fewest.
 const MOST_VECTORS: usize = 16;
 
-/// What evaluating an octave row by row needs, for blocks `COLUMNS` wide.
+/// Constants for evaluating an octave row by row, for blocks `COLUMNS` wide.
 #[derive(Clone, Debug)]
 pub(super) struct RowWise<const COLUMNS: usize> {
-    /// What each column adds to u.
+    /// Change of u for each column.
     pub columns: [u32; COLUMNS],
-    /// The gradients' components east and south, scaled to fit fractions of u and v.
+    /// Components of the gradients east and south, scaled to fit fractions of u and v.
     pub gradients: [[f32; 16]; 2],
 }
 
@@ -35,7 +37,7 @@ struct PointRow {
     gradient_y: [f32; POINTS],
 }
 
-/// The two rows of points around a row of vertices; even rows in the first place, odd ones in the second.
+/// The two rows of points around a row of vertices: the even row first, then the odd one.
 pub(super) struct PointRows {
     rows: [PointRow; 2],
     filled: [bool; 2],
@@ -51,14 +53,16 @@ impl PointRows {
     }
 }
 
-/// Where a row of vertices lies between its two rows of points: the northern one, number 0, and the southern one, number 1.
+/// The position of a row of vertices between its two rows of points: the northern one, number 0, and the southern one,
+/// number 1.
 #[derive(Clone, Copy)]
 struct Between {
-    /// The northern row.
+    /// The number of the northern row.
     v: u32,
-    /// How far south of it the vertices lie, in row distances.
+    /// Distance from the northern row to the vertices, in row distances.
     below: f64,
-    /// Where the first vertex lies along each, in points: a row is shifted by half a point against the next.
+    /// Position of the first vertex along each row, in points: each row is shifted by half a point against the one
+    /// before.
     along: [u128; 2],
 }
 
@@ -70,19 +74,19 @@ impl Between {
         Between { v: cell(v), below: fraction(v), along: [from_north, from_north.wrapping_add(HALF)] }
     }
 
-    /// The number of a row of points.
+    /// Returns the number of a row of points.
     #[inline(always)]
     fn row(&self, side: usize) -> u32 {
         self.v.wrapping_add(side as u32)
     }
 
-    /// From a row of points to the vertices, in row distances.
+    /// Returns the distance from a row of points to the vertices, in row distances.
     #[inline(always)]
     fn dv(&self, side: usize) -> f32 {
         (self.below - side as f64) as f32
     }
 
-    /// `3/4 (1 - dv^2)`: the height of the bumps' base.
+    /// Returns `3/4 (1 - dv^2)`, the height of the bumps' base.
     #[inline(always)]
     fn base(&self, side: usize) -> f32 {
         let dv = self.below - side as f64;
@@ -94,10 +98,11 @@ impl Between {
 #[derive(Clone, Copy)]
 struct RowSide<'a> {
     points: &'a PointRow,
-    /// For each vector of vertices, the last point west of its first vertex, and where that vertex is after it.
+    /// For each vector of vertices, the number of the last point west of its first vertex, and the position of the
+    /// block's first vertex relative to that point, in a lane's fixed point.
     first: [u32; MOST_VECTORS],
     start: [u32; MOST_VECTORS],
-    /// From the points to the vertices, in row distances.
+    /// Distance from the points to the vertices, in row distances.
     dv: f32,
     /// `3/4 (1 - dv^2)`: the height of the bumps' base.
     base: f32,
@@ -110,8 +115,9 @@ pub(super) struct VertexRow<'a> {
     south: RowSide<'a>,
 }
 
-/// Adds what a row of vertices needs whose first in the block is at `position`, as words: the northern row of points, and for each
-/// of both the point west of the first vertex, where that is after it, and how far away both rows are.
+/// Appends the words of the row of vertices whose first vertex in the block is at `position`: the number of the
+/// northern row of points, and for each of the two rows the point west of the first vertex, the position of the vertex
+/// after that point, the distance to the row, and the bumps' base.
 #[cfg(feature = "gpu")]
 pub(super) fn pack_row(position: [u128; 2], words: &mut Vec<u32>) {
     let between = Between::new(position);
@@ -124,15 +130,15 @@ pub(super) fn pack_row(position: [u128; 2], words: &mut Vec<u32>) {
 }
 
 impl<const COLUMNS: usize> RowWise<COLUMNS> {
-    /// The highest frequency for which a vector of points, or eight, serves a vector of vertices: the last of `n`
-    /// vertices is `(n - 1) sqrt(3/2) frequency` points after the first, that is up to one after the first of the points, and
-    /// another is needed to its east. For `n` = 8 that is 7.92 points.
+    /// The highest frequency at which a vector of points, of eight points at least, serves a vector of vertices. The
+    /// last of `n` vertices is `(n - 1) sqrt(3/2) frequency` points after the first vertex, which is up to one point
+    /// after the first point; and one more point is needed to its east. For `n` = 8 that is 7.92 points.
     pub const MAX_FREQUENCY: f64 = 0.69;
 
-    /// The noise is multiplied by `scale`.
+    /// Makes the constants of an octave; its noise is multiplied by `scale`.
     pub fn new(lattice: &Lattice, scale: f64) -> RowWise<COLUMNS> {
         const { assert!(COLUMNS + 3 + MAX_LANES <= POINTS && COLUMNS <= 4 * MOST_VECTORS) };
-        // The bumps come out with (3/2 t)^4, see `bumps`.
+        // The bumps are computed with a factor of (3/2)^4, see `bumps`.
         let scale = scale * NORMALISATION / (1.5 * 1.5 * 1.5 * 1.5);
         RowWise {
             columns: lattice.columns(),
@@ -143,14 +149,15 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         }
     }
 
-    /// The row of vertices whose first in the block is at `position`.
+    /// Prepares the row of vertices whose first vertex in the block is at `position`.
     #[inline(always)]
     pub fn row<'a, S: Simd>(&self, simd: S, position: [u128; 2], points: &'a mut PointRows) -> VertexRow<'a> {
         let between = Between::new(position);
         let north = self.point_row(simd, between.row(0), cell(between.along[0]), points);
         let south = self.point_row(simd, between.row(1), cell(between.along[1]), points);
         let side = |side: usize, place: usize| {
-            // Each vector counts points from one of its own, so that it picks from the first few of a slice.
+            // Each vector counts points from one of its own, so that its numbers are small enough to pick from a short
+            // slice.
             let (mut firsts, mut starts) = ([0; MOST_VECTORS], [0; MOST_VECTORS]);
             let start = lane_fraction(between.along[side]);
             for ((first, from), columns) in firsts.iter_mut().zip(&mut starts).zip(self.columns.chunks_exact(S::LANES))
@@ -169,10 +176,10 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         VertexRow { north: side(0, north), south: side(1, south) }
     }
 
-    /// Makes the gradients of a row of points, unless they are there already, and returns their place.
+    /// Computes the gradients of a row of points, unless they are there already, and returns the row's place.
     #[inline(always)]
     fn point_row<S: Simd>(&self, simd: S, v: u32, first_u: u32, points: &mut PointRows) -> usize {
-        // Of two neighbouring rows one is even: neither pushes the other out before the vertices have passed it.
+        // Of two neighbouring rows one is even and one is odd, so neither overwrites the other while both are needed.
         let place = (v & 1) as usize;
         let row = &mut points.rows[place];
         if points.filled[place] && row.v == v && row.first_u == first_u {
@@ -184,8 +191,8 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let of_v = simd.splat_u32(hash::of_v(v));
         let mut of_u = hash::of_u_lanes(simd, first_u, simd.lane_numbers());
         let step = simd.splat_u32(hash::of_u(S::LANES as u32));
-        // One more for the fraction that the row starts with, one for the point to the east, one since the first is
-        // number 0; and a vector reads on.
+        // One point more for the fraction with which the row starts, one for the point to the east, one since the first
+        // is number 0; and a vector is read beyond the last.
         let needed = (self.columns[COLUMNS - 1] >> LANE_FRACTION_BITS) as usize + 3 + S::LANES;
         let vectors = row.gradient_x.chunks_exact_mut(S::LANES).zip(row.gradient_y.chunks_exact_mut(S::LANES));
         for (x, y) in vectors.take(needed.div_ceil(S::LANES)) {
@@ -197,13 +204,14 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         place
     }
 
-    /// The noise at `LANES` vertices of a row, from `column` on.
+    /// Returns the noise at `LANES` vertices of a row, from `column` on.
     #[inline(always)]
     pub fn noise<S: Simd>(&self, simd: S, row: &VertexRow<'_>, column: usize) -> S::F32 {
         self.bumps(simd, &row.north, column) + self.bumps(simd, &row.south, column)
     }
 
-    /// The bumps of one row of points: `(3/4 (1 - dv^2) - du^2)^4`, which is `3/2 (1/2 - d.d)` to the fourth, times the slope.
+    /// Returns the bumps of one row of points: `(3/4 (1 - dv^2) - du^2)^4`, which is `3/2 (1/2 - d.d)` to the fourth
+    /// power, times the slope.
     #[inline(always)]
     fn bumps<S: Simd>(&self, simd: S, side: &RowSide<'_>, column: usize) -> S::F32 {
         let columns = &self.columns[column..column + S::LANES];
@@ -211,7 +219,7 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let start = side.start[column / S::LANES];
         let along = simd.load_u32(columns) + simd.splat_u32(start);
         let point = simd.shr::<LANE_FRACTION_BITS>(along);
-        // The fraction as the mantissa of a float from 1 to 2.
+        // The fraction becomes the mantissa of a float from 1 to 2.
         let from_one = simd.from_bits(along & simd.splat_u32(LANE_FRACTION) | simd.splat_u32(1.0_f32.to_bits()));
         let west = bump(simd, side, first, point, from_one - simd.splat(1.0));
         let east = bump(simd, side, first, point + simd.splat_u32(1), from_one - simd.splat(2.0));
@@ -219,7 +227,7 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
     }
 }
 
-/// The bumps of a row of points that lie `du` from the vertices, by the points' numbers.
+/// Returns the bumps of points in a row, given by their numbers, at vertices `du` away along the row.
 #[inline(always)]
 fn bump<S: Simd>(simd: S, side: &RowSide<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
     let t = simd.max(simd.splat(side.base) - du * du, simd.splat(0.0));

@@ -1,5 +1,5 @@
-//! Noise vertex by vertex: each asks the three corners of its triangle. For warped positions, and for
-//! the shortest waves.
+//! Noise vertex by vertex, for warped positions and for the shortest waves: adds the bumps of the three corners of the
+//! vertex's triangle.
 
 use super::lattice::{
     DIRECTIONS, EDGE, LANE_FRACTION, LANE_FRACTION_BITS, Lattice, NORMALISATION, cell, hash, lane_fraction,
@@ -9,7 +9,7 @@ use crate::simd::Simd;
 /// A table of one component of the sixteen gradients.
 #[derive(Clone, Copy)]
 pub(super) struct GradientTable<S: Simd> {
-    // Both, since which of them is cheaper to look up in depends on the instructions: see `bump`.
+    // Both tables, since the instructions available decide which lookup is cheaper: see `bump`.
     sixteen: S::Table16,
     first_eight: S::Table8,
 }
@@ -22,19 +22,19 @@ impl<S: Simd> GradientTable<S> {
     }
 }
 
-/// What evaluating an octave vertex by vertex needs, for blocks `COLUMNS` wide.
+/// Constants for evaluating an octave vertex by vertex, for blocks `COLUMNS` wide.
 #[derive(Clone, Debug)]
 pub(super) struct Simplex<const COLUMNS: usize> {
-    /// What each column adds to u.
+    /// Change of u for each column.
     columns: [u32; COLUMNS],
-    /// The gradients' components along doubled u and v, scaled.
+    /// Components of the gradients along doubled u and v, scaled.
     gradients: [[f32; 16]; 2],
-    /// The change of u by a metre east, and of (u, v) by a metre south.
+    /// Changes of position per metre: of u for a metre east, and of (u, v) for a metre south.
     u_per_metre_east: f32,
     per_metre_south: [f32; 2],
 }
 
-/// Where the vertices of one row of a block are.
+/// Position of the first vertex of a block's row.
 #[derive(Clone, Copy)]
 pub(super) struct RowStart {
     cell: [u32; 2],
@@ -42,7 +42,7 @@ pub(super) struct RowStart {
 }
 
 impl RowStart {
-    /// From the position of the block's first vertex in this row.
+    /// Converts the position of the block's first vertex in this row.
     #[inline(always)]
     pub fn new(position: [u128; 2]) -> RowStart {
         RowStart {
@@ -51,7 +51,7 @@ impl RowStart {
         }
     }
 
-    /// As words.
+    /// Returns the position as words.
     #[cfg(feature = "gpu")]
     pub fn packed(&self) -> [u32; 4] {
         let RowStart { cell: [cell_u, cell_v], fraction: [fraction_u, fraction_v] } = *self;
@@ -59,7 +59,7 @@ impl RowStart {
     }
 }
 
-/// The tables of one octave, in lanes.
+/// The tables of one octave in lanes.
 #[derive(Clone, Copy)]
 pub(super) struct SimplexLanes<'a, S: Simd, const COLUMNS: usize> {
     simplex: &'a Simplex<COLUMNS>,
@@ -68,16 +68,16 @@ pub(super) struct SimplexLanes<'a, S: Simd, const COLUMNS: usize> {
 }
 
 impl<const COLUMNS: usize> Simplex<COLUMNS> {
-    /// The noise is multiplied by `scale`.
+    /// Makes the constants of an octave; its noise is multiplied by `scale`.
     pub fn new(lattice: &Lattice, spacing_m: f64, scale: f64) -> Simplex<COLUMNS> {
-        // The bumps come out with (6 t)^4, see `noise_in_cells`, and coordinates doubled.
+        // The bumps are computed with a factor of 6^4, see `noise_in_cells`, and with doubled coordinates.
         let scale = scale * NORMALISATION / (6.0 * 6.0 * 6.0 * 6.0) / 2.0;
         let (u_per_metre_east, per_metre_south) = lattice.per_metre(spacing_m);
         Simplex {
             columns: lattice.columns(),
             gradients: [
-                // Along u and v, not east and south: a step of u goes EDGE east, one of v half of that west and 1 /
-                // sqrt(2) south.
+                // Components along u and v, not east and south: a step of u goes EDGE east, a step of v goes half of
+                // EDGE west and 1 / sqrt(2) south.
                 DIRECTIONS.map(|[gx, _]| (gx * EDGE * scale) as f32),
                 DIRECTIONS.map(|[gx, gy]| ((gy * std::f64::consts::FRAC_1_SQRT_2 - gx * EDGE / 2.0) * scale) as f32),
             ],
@@ -86,14 +86,14 @@ impl<const COLUMNS: usize> Simplex<COLUMNS> {
         }
     }
 
-    /// What metres add to u, east, and to u and v, south; and the gradients.
+    /// Returns the changes per metre, of u to the east and of u and v to the south; and the gradients.
     #[cfg(feature = "gpu")]
     pub fn packed(&self) -> ([f32; 3], [[f32; 16]; 2]) {
         let [south_u, south_v] = self.per_metre_south;
         ([self.u_per_metre_east, south_u, south_v], self.gradients)
     }
 
-    /// What each column adds to u.
+    /// Returns the change of u for each column.
     #[cfg(feature = "gpu")]
     pub fn columns(&self) -> [u32; COLUMNS] {
         self.columns
@@ -110,7 +110,7 @@ impl<const COLUMNS: usize> Simplex<COLUMNS> {
 }
 
 impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
-    /// The noise at `LANES` vertices of a row, from `column` on.
+    /// Returns the noise at `LANES` vertices of a row, from `column` on.
     #[inline(always)]
     pub fn noise(&self, simd: S, row: &RowStart, column: usize) -> S::F32 {
         let u = simd.load_u32(&self.simplex.columns[column..]) + simd.splat_u32(row.fraction[0]);
@@ -120,36 +120,37 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         self.noise_in_cells(simd, row, u, v, cell_u, simd.splat_u32(0))
     }
 
-    /// The noise at `LANES` vertices of a row, from `column` on, each displaced by metres.
+    /// Returns the noise at `LANES` vertices of a row, from `column` on, each displaced by metres.
     #[inline(always)]
     pub fn noise_warped(&self, simd: S, row: &RowStart, column: usize, dx_m: S::F32, dy_m: S::F32) -> S::F32 {
-        // Whole cells and the rest go apart, for together they would need more bits than a lane has.
+        // Whole cells and the rest are kept apart, since together they need more bits than a lane has.
         let [south_u, south_v] = self.simplex.per_metre_south;
         let (whole_u, rest_u) =
             split(simd, dx_m * simd.splat(self.simplex.u_per_metre_east) + dy_m * simd.splat(south_u));
         let (whole_v, rest_v) = split(simd, dy_m * simd.splat(south_v));
         let u = simd.load_u32(&self.simplex.columns[column..]) + simd.splat_u32(row.fraction[0]) + rest_u;
         let v = simd.splat_u32(row.fraction[1]) + rest_v;
-        // Signed, for a displacement may lead back before the row's first cell.
+        // A signed shift, since a displacement may lead to a place before the row's first cell.
         let cell_u = simd.shr_signed::<LANE_FRACTION_BITS>(u) + whole_u;
         let cell_v = simd.shr_signed::<LANE_FRACTION_BITS>(v) + whole_v;
         self.noise_in_cells(simd, row, u, v, cell_u, cell_v)
     }
 
-    /// The noise at the fractions of `u` and `v`, in cells counted from the row's first.
+    /// Returns the noise at the fractions of `u` and `v`, in cells counted from the row's first.
     ///
-    /// Works in coordinates U and V, twice the fraction less one, so that a cell's square is -1 to 1 and its corners are
-    /// alike. With D = U - V, S = U + V and E = D^2 + U V, six times `1/2 - d.d` is `2 - E - S` for the corner (0, 0),
-    /// `2 - E + S` for (1, 1), and `3 |D| - E` for the one of the other two that is nearer: (1, 0) if D >= 0, or (0, 1).
+    /// The computation uses coordinates U and V, twice the fraction less one, so that a cell's square is from -1 to 1
+    /// and all corners are treated alike. With D = U - V, S = U + V and E = D^2 + U V, six times `1/2 - d.d` is
+    /// `2 - E - S` for the corner (0, 0), `2 - E + S` for (1, 1), and `3 |D| - E` for the nearer of the other two:
+    /// (1, 0) if D >= 0, else (0, 1).
     #[inline(always)]
     fn noise_in_cells(&self, simd: S, row: &RowStart, u: S::U32, v: S::U32, cell_u: S::U32, cell_v: S::U32) -> S::F32 {
-        // The fraction as the mantissa of a float from 2 to 4.
+        // The fraction becomes the mantissa of a float from 2 to 4.
         let mantissa = simd.splat_u32(LANE_FRACTION);
         let two = simd.splat_u32(2.0_f32.to_bits());
         let from_two_u = simd.from_bits(u & mantissa | two);
         let from_two_v = simd.from_bits(v & mantissa | two);
-        // All these differences are exact: a number from 2 to 4 and one of 2, 3, 4 are within a factor of two of each
-        // other.
+        // All these differences are exact: a number from 2 to 4 and the numbers 2, 3 and 4 differ by at most a factor
+        // of two.
         let (uu, vv) = (from_two_u - simd.splat(3.0), from_two_v - simd.splat(3.0));
         let (east_u, west_u) = (from_two_u - simd.splat(2.0), from_two_u - simd.splat(4.0));
         let (east_v, west_v) = (from_two_v - simd.splat(2.0), from_two_v - simd.splat(4.0));
@@ -163,12 +164,12 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         let t2 = two_less_e + sum;
         let u_first = simd.ge(difference, simd.splat(0.0));
 
-        // One product an axis: the shares of the far corners are those of the near ones and a constant.
+        // One product per axis: the shares of the far corners are those of the near corners plus a constant.
         let h_u = hash::of_u_lanes(simd, row.cell[0], cell_u);
         let h_v = hash::of_v_lanes(simd, row.cell[1], cell_v);
         let next_u = hash::next_u(simd, h_u);
         let next_v = hash::next_v(simd, h_v);
-        // The third corner is (1, 0) in the one triangle of the square and (0, 1) in the other.
+        // The third corner is (1, 0) in one triangle of the square and (0, 1) in the other.
         let middle_u = simd.select_u32(u_first, next_u, h_u);
         let middle_v = simd.select_u32(u_first, h_v, next_v);
 
@@ -184,7 +185,7 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
         bump0 + bump1 + bump2
     }
 
-    /// `max(0, t)^4 (g.d)`.
+    /// Returns `max(0, t)^4 (g.d)`.
     #[inline(always)]
     fn bump(&self, simd: S, t: S::F32, gradient: S::U32, du: S::F32, dv: S::F32) -> S::F32 {
         let t = simd.max(t, simd.splat(0.0));
@@ -203,7 +204,7 @@ impl<S: Simd, const COLUMNS: usize> SimplexLanes<'_, S, COLUMNS> {
     }
 }
 
-/// Whole cells, and the rest in a lane's fixed point, at most half a cell either way.
+/// Splits a number into whole cells and the rest in a lane's fixed point, at most half a cell either way.
 #[inline(always)]
 fn split<S: Simd>(simd: S, cells: S::F32) -> (S::U32, S::U32) {
     let whole = simd.round_to_i32(cells);

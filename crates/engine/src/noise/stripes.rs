@@ -1,96 +1,98 @@
 //! Noise of stripes that run along a given direction, pivot by pivot.
 //!
-//! The plane is cut into square cells, and in each chance sets a pivot and a phase. From a pivot a plane wave goes out,
-//! but each vertex measures it along its own direction across the stripes: so where the direction turns the stripes
-//! turn too, and the error of taking it for constant never grows past the reach of a pivot. The waves that reach a
-//! vertex are summed as cosine and sine, weighted by `(1 - d^2)^3` with d the distance in reaches, and the pair is
-//! scaled to length one: stripes of different pivots join where their phases agree, and branch where they do not, at
+//! The plane is cut into square cells, and in each chance sets a pivot and a phase. Each pivot emits a plane wave, but
+//! each vertex measures the wave along its own direction across the stripes. So the stripes turn where the direction
+//! turns, and the error of treating the direction as constant stays limited to the reach of a pivot. The waves that
+//! reach a vertex are summed as cosine and sine, weighted by `(1 - d^2)^3` with d the distance in reaches, and the pair
+//! is scaled to length one: stripes of different pivots join where their phases agree, and branch where they do not, at
 //! full height.
 //!
-//! As with bumps (`splat.rs`), pivots around a block of vertices are found once, and those that reach a few rows of a
-//! strip are added in the order of their cells. Past its reach a pivot adds zero, so a vertex has the same bits
-//! whichever further pivots are added in its strip. About 25 vector operations a vector and pivot, for 5 to 8 pivots
-//! that reach a strip when waves are long.
+//! As with bumps (`splat.rs`), the pivots around a block of vertices are found once, and those that reach a few rows of
+//! a strip are added in the order of their cells. Beyond its reach a pivot adds exactly zero, so a vertex has the same
+//! bits whichever further pivots are added in its strip. The cost is about 25 vector operations per vector and pivot;
+//! with long waves, 5 to 8 pivots reach a strip.
 
 use super::lattice::{cell, fixed_point, fraction, hash, origin};
 use crate::area::Area;
 use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
 use std::ops::Range;
 
-/// Blocks are aligned with the world, which gives a vertex the same bits in every area: these two numbers are part of
-/// what the noise is.
+/// Columns and rows of a block. Blocks are aligned with the world, so a vertex has the same bits in every area, and
+/// these two numbers are part of the noise's definition.
 const BLOCK_COLUMNS: usize = 64;
 const BLOCK_ROWS: usize = 32;
 
-/// Side of a cell in wavelengths. More makes stripes longer; but a pivot's wave is then bent more where the direction
-/// turns.
+/// Side of a cell in wavelengths. Larger cells make stripes longer; but a pivot's wave is then bent more where the
+/// direction turns.
 const CELL_WAVES: f64 = 1.3;
-/// How far from the middle of its cell a pivot may be, along each axis, in cells. More hides the grid better, but then
-/// a place may be farther from all pivots.
+/// Largest distance of a pivot from the middle of its cell along each axis, in cells. More hides the grid better, but
+/// then a place may be farther from all pivots.
 const JITTER: f64 = 0.3;
-/// How far from its pivot a wave reaches, in cells: a little more than sqrt(1/2) + sqrt(2) 0.3 = 1.13, the farthest
-/// that a place can be from the nearest pivot, so that every place is reached.
+/// Reach of a wave from its pivot, in cells: a little more than sqrt(1/2) + sqrt(2) 0.3 = 1.13, the farthest that a
+/// place can be from the nearest pivot, so that every place is reached.
 const REACH: f64 = 1.25;
-/// How far from the middle of its cell a wave reaches along an axis, in cells, and a hair for rounding.
+/// Reach of a wave from the middle of its pivot's cell along an axis, in cells, with a small margin for rounding.
 const CELL_REACH: f64 = REACH + JITTER + 1e-3;
-/// The reach squared in reaches, and a hair more than positions are rounded by.
+/// The square of the reach: 1 in reaches, and a margin larger than the rounding of positions.
 const REACH2: f32 = 1.0002;
 
-/// Where the sum is shorter than this share of what it were if all phases agreed, the wave is lower: at
-/// the ends of stripes it must pass through zero.
+/// Least length of the sum for a wave of full height, as a share of the sum of the weights. Where phases agree less,
+/// the wave is lower: at the ends of stripes it must pass through zero.
 const FULL_SHARE: f32 = 0.45;
 
-/// The shortest waves, in vertices: no shorter ones can be told from longer ones.
+/// The shortest waves in vertices: vertices cannot tell shorter waves from longer ones.
 const MIN_WAVE: f64 = 2.0;
-/// Cells that can reach a block along each axis, for the shortest waves.
+/// Number of cells that can reach a block along each axis, for the shortest waves.
 const CELL_COLUMNS: usize = 32;
 const CELL_ROWS: usize = 16;
 const _: () = assert!(cells(BLOCK_COLUMNS) <= CELL_COLUMNS && cells(BLOCK_ROWS) <= CELL_ROWS);
-/// The cells of a row, and room to load a vector from any of them.
+/// Distance between two rows of cells in memory: the cells of a row, and room to load a vector from any of them.
 const STRIDE: usize = CELL_COLUMNS + MAX_LANES;
 
-/// Rows that are computed in one go, at most.
+/// Largest number of rows that are computed in one go.
 const GROUP_ROWS: usize = 16;
-/// How high these rows are together, in cells, at most: fewer rows let fewer pivots reach them, more cost less for
+/// Largest height of these rows together, in cells: fewer rows are reached by fewer pivots; more rows share the cost of
 /// finding them.
 const GROUP_CELLS: f64 = 0.8;
-/// Pivots that can reach these rows of a strip, for the shortest waves.
+/// Number of pivots that can reach these rows of a strip, for the shortest waves.
 const MAX_REACHING: usize = cells(MAX_LANES) * 4;
 const _: () = assert!(GROUP_CELLS + 2.0 * CELL_REACH < 4.0);
 
-/// How many cells can reach a stretch of so many vertices, for the shortest waves.
+/// Returns the largest number of cells that can reach a stretch of so many vertices, for the shortest waves.
 const fn cells(vertices: usize) -> usize {
     ((vertices - 1) as f64 / (MIN_WAVE * CELL_WAVES) + 2.0 * CELL_REACH) as usize + 1
 }
 
 /// Stripes that run along a direction which changes slowly from vertex to vertex.
 ///
-/// Around a vertex they look like a plane wave; where the direction turns, and also by chance every few wavelengths,
-/// they branch, join and end. A pure function of the vertex, the direction there, and what [`Stripes::new`] is given:
-/// the bits do not depend on the area or the CPU. The pattern repeats after 2^32 cells of 1.3 wavelengths.
+/// Around a vertex they look like a plane wave. Where the direction turns, and also at random every few wavelengths,
+/// they branch, join and end. The values are a pure function of the vertex, the direction there, and the arguments of
+/// [`Stripes::new`]: the bits do not depend on the area or the CPU. The pattern repeats after 2^32 cells of 1.3
+/// wavelengths.
 ///
-/// The pair of crest and flank has length 1, except around the ends of stripes, where it goes down to zero smoothly: it
-/// is below 0.9 in an eighth of the area. Where all phases agree they are cosine and sine within 0.003. Across the
-/// stripes, the crest's slope is `-flank 2 pi / wavelength`, flank's `crest 2 pi / wavelength`, on average.
+/// The pair of crest and flank has length 1, except around the ends of stripes, where the length goes down to zero
+/// smoothly: it is below 0.9 in an eighth of the area. Where all phases agree, crest and flank are cosine and sine
+/// within 0.003. Across the stripes, the slope of the crest is `-flank 2 pi / wavelength` and that of the flank
+/// `crest 2 pi / wavelength`, on average.
 ///
 /// Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
 #[derive(Clone, Debug)]
 pub struct Stripes {
     /// Cells per vertex.
     frequency: f64,
-    /// Position of vertex (0, 0) in cells, and what a vertex adds to it: fixed point, see [`cell`] and [`fraction`].
+    /// Position of vertex (0, 0) in cells, and its change for each vertex: fixed point, see [`cell`] and [`fraction`].
     origin: [u128; 2],
     step: u128,
-    /// From the block's first column to each, in reaches; as many rows lie as far apart.
+    /// Distance from the block's first column to each column, in reaches; rows lie as far apart.
     steps: [f32; BLOCK_COLUMNS],
-    /// Rows that are computed in one go: a power of two. It has no effect on the values.
+    /// Number of rows that are computed in one go: a power of two. It has no effect on the values.
     group_rows: usize,
 }
 
 impl Stripes {
-    /// Stripes `wavelength_m` apart from crest to crest, for a lattice of vertices `spacing_m` apart.
+    /// Makes stripes `wavelength_m` apart from crest to crest, for a lattice of vertices `spacing_m` apart.
     ///
-    /// The seed should be mixed for this use of noise already: two with the same seed are alike.
+    /// The seed should already be mixed for this use of noise: two patterns with the same seed are alike.
     ///
     /// # Panics
     /// If the wavelength is less than two spacings or more than 2^30 of them, or a length is not a positive number.
@@ -101,13 +103,13 @@ impl Stripes {
             "stripes must be from 2 to 2^30 vertex spacings apart, not {wavelength_m} m at a spacing of {spacing_m} m"
         );
         let frequency = 1.0 / (wave * CELL_WAVES);
-        // A window drawn at random, as for the octaves of a fractal, but another one than theirs for the same seed.
+        // A random window of the lattice, as for the octaves of a fractal, but with a number that no octave uses.
         let origin = origin(seed, 1 << 40);
         let mut steps = [0.0; BLOCK_COLUMNS];
         for (index, step) in steps.iter_mut().enumerate() {
             *step = (index as f64 * frequency / REACH) as f32;
         }
-        // As many rows as keep to the height at which few pivots reach them.
+        // As many rows as keep within the height that few pivots reach.
         let mut group_rows = 2;
         while group_rows < GROUP_ROWS && (2 * group_rows - 1) as f64 * frequency <= GROUP_CELLS {
             group_rows *= 2;
@@ -116,19 +118,19 @@ impl Stripes {
     }
 
     /// Fills in the wave of the stripes at the vertices of `area`, row by row from the north: `crest` is its cosine,
-    /// `flank` its sine, both from -1 to 1, but for rounding of a millionth.
+    /// `flank` its sine, both from -1 to 1, apart from rounding errors of a millionth.
     ///
     /// `across_x` and `across_y` are the unit vector, east and south, across the stripes at each vertex: the phase
     /// grows in its direction. A shorter vector makes longer waves; with (0, 0) all phases are those of the pivots,
     /// which gives blotches. Components must be within -1000 and 1000, or values may be NaN.
     ///
     /// # Panics
-    /// If a slice has not as many elements as the area has vertices.
+    /// If a slice does not have as many elements as the area has vertices.
     pub fn fill(&self, area: Area, across_x: &[f32], across_y: &[f32], crest: &mut [f32], flank: &mut [f32]) {
         simd::dispatch(self.checked(area, across_x, across_y, crest, flank));
     }
 
-    /// [`Stripes::fill`] at a given level: for tests and benchmarks.
+    /// Does the same as [`Stripes::fill`] at a given SIMD level: for tests and benchmarks.
     ///
     /// # Panics
     /// As [`Stripes::fill`], and if this CPU lacks the level.
@@ -161,7 +163,7 @@ impl Stripes {
     }
 }
 
-/// The computation of an area.
+/// The kernel that fills an area.
 struct StripesFill<'a> {
     stripes: &'a Stripes,
     area: Area,
@@ -173,17 +175,17 @@ struct StripesFill<'a> {
 
 /// The pivots of the cells that can reach a block, row by row.
 struct Pivots {
-    /// From the block's first vertex to the pivot, in reaches.
+    /// Vector from the block's first vertex to the pivot, in reaches.
     x: [f32; STRIDE * CELL_ROWS],
     y: [f32; STRIDE * CELL_ROWS],
-    /// In turns.
+    /// Phase in turns.
     phase: [f32; STRIDE * CELL_ROWS],
-    /// From the middle of the first cell to the block's first vertex, in cells.
+    /// Vector from the middle of the first cell to the block's first vertex, in cells.
     first: [f64; 2],
 }
 
 impl Pivots {
-    /// Room for them.
+    /// Returns empty room for pivots.
     fn none() -> Pivots {
         let each = [0.0; STRIDE * CELL_ROWS];
         Pivots { x: each, y: each, phase: each, first: [0.0; 2] }
@@ -193,10 +195,10 @@ impl Pivots {
 /// A pivot that reaches a few rows of a strip.
 #[derive(Clone, Copy)]
 struct Reaching<S: Simd> {
-    /// For each column, from the pivot to the vertex in reaches, and its square.
+    /// For each column, the distance east from the pivot to the vertex in reaches, and its square.
     dx: S::F32,
     dx2: S::F32,
-    /// For each row, from the pivot to the vertex, and one less its square.
+    /// For each row, the distance south from the pivot to the vertex, and one less its square.
     dy: [f32; GROUP_ROWS],
     base: [f32; GROUP_ROWS],
     phase: f32,
@@ -212,7 +214,7 @@ impl Kernel for StripesFill<'_> {
         }
         let mut pivots = Pivots::none();
         let zero = simd.splat(0.0);
-        // Places to be filled: only as many as are found are read.
+        // Places to be filled; only those that were filled are read.
         let none = Reaching { dx: zero, dx2: zero, dy: [0.0; GROUP_ROWS], base: [0.0; GROUP_ROWS], phase: 0.0 };
         let mut reaching = [none; MAX_REACHING];
         let (columns, rows) = (BLOCK_COLUMNS as i64, BLOCK_ROWS as i64);
@@ -223,7 +225,7 @@ impl Kernel for StripesFill<'_> {
                 let part_columns = (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize;
                 let part_rows = (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize;
                 self.stripes.find_pivots(simd, x, y, &mut pivots);
-                // A few rows at a time: the fewer they are, the fewer pivots reach any of them.
+                // A few rows at a time: the fewer rows, the fewer pivots reach any of them.
                 let mut start = part_rows.start;
                 while start < part_rows.end {
                     let end = part_rows.end.min((start / self.stripes.group_rows + 1) * self.stripes.group_rows);
@@ -244,14 +246,15 @@ impl Kernel for StripesFill<'_> {
 }
 
 impl Stripes {
-    /// Finds the pivots around the block whose first vertex is (x, y); returns how many columns and rows of cells they are of.
+    /// Finds the pivots around the block whose first vertex is (x, y). Returns the numbers of columns and rows of their
+    /// cells.
     #[inline(always)]
     fn find_pivots<S: Simd>(&self, simd: S, x: i64, y: i64, pivots: &mut Pivots) -> [usize; 2] {
         let position_x = self.origin[0].wrapping_add(self.step.wrapping_mul(i128::from(x) as u128));
         let position_y = self.origin[1].wrapping_add(self.step.wrapping_mul(i128::from(y) as u128));
-        // The first cell whose middle is near enough, counted from the one in which the vertex lies.
+        // The first cell whose middle is near enough, counted from the cell of the vertex.
         let (fraction_x, fraction_y) = (fraction(position_x), fraction(position_y));
-        // A cell is as far away as its middle, which lies half a cell after its number.
+        // A cell's position is that of its middle, half a cell after the cell's number.
         let first_x = (fraction_x - 0.5 - CELL_REACH).ceil();
         let first_y = (fraction_y - 0.5 - CELL_REACH).ceil();
         pivots.first = [fraction_x - 0.5 - first_x, fraction_y - 0.5 - first_y];
@@ -260,7 +263,7 @@ impl Stripes {
         let cell_x = cell(position_x).wrapping_add(first_x as i32 as u32);
         let cell_y = cell(position_y).wrapping_add(first_y as i32 as u32);
 
-        // The bits of chance: 11 for each coordinate of the pivot, 10 for the phase.
+        // The random bits: 11 for each coordinate of the pivot, 10 for the phase.
         let cell_side = simd.splat((1.0 / REACH) as f32);
         let jitter = simd.splat((2.0 * JITTER / REACH / 2048.0) as f32);
         let turn = simd.splat(1.0 / 1024.0);
@@ -283,8 +286,8 @@ impl Stripes {
         [count_x, count_y]
     }
 
-    /// Finds the pivots that reach some rows of the strip from `column` on, in the order of their cells; returns how
-    /// many.
+    /// Finds the pivots that reach some rows of the strip from `column` on, in the order of their cells. Returns their
+    /// number.
     #[inline(always)]
     fn find_reaching<S: Simd>(
         &self,
@@ -306,17 +309,18 @@ impl Stripes {
             for cell_x in cells_x.clone().step_by(S::LANES) {
                 let first = cell_y * STRIDE + cell_x;
                 let (x, y) = (simd.load(&pivots.x[first..]), simd.load(&pivots.y[first..]));
-                // From the pivot to the nearest vertex of the strip, as for bumps.
+                // Distance from the pivot to the nearest vertex of the strip, as for bumps.
                 let nearest_dx = simd.max(simd.max(west - x, x - east), zero);
                 let nearest_dy = simd.max(simd.max(north - y, y - south), zero);
                 let reached = simd.lt(nearest_dx * nearest_dx + nearest_dy * nearest_dy, simd.splat(REACH2));
-                // Lanes past the last cell hold what an earlier block left.
+                // Lanes past the last cell hold values of an earlier block.
                 let cells_left = (cells_x.end - cell_x).min(S::LANES) as u32;
                 let mut bits = simd.mask_bits(reached) & u32::MAX >> (32 - cells_left);
                 while bits != 0 {
                     let pivot = first + bits.trailing_zeros() as usize;
                     bits &= bits - 1;
-                    // What only the columns or only the rows ask for, so that `add_up` has little left to do a vertex.
+                    // Values that depend on the column or the row alone are computed here, so that `add_up` has little
+                    // to do per vertex.
                     let found = &mut reaching[count];
                     count += 1;
                     found.dx = columns - simd.splat(pivots.x[pivot]);
@@ -334,24 +338,25 @@ impl Stripes {
         count
     }
 
-    /// The cells, along an axis, that are near enough to reach some vertices of the block.
+    /// Returns the cells, along an axis, that are near enough to reach some vertices of the block.
     #[inline(always)]
     fn near(&self, first: f64, vertices: Range<usize>) -> Range<usize> {
         let start = first + vertices.start as f64 * self.frequency - CELL_REACH;
         let end = first + (vertices.end - 1) as f64 * self.frequency + CELL_REACH;
-        // Cut off: at the start, a cell more.
+        // Truncation may add one cell at the start.
         start as usize..end as usize + 1
     }
 }
 
 impl StripesFill<'_> {
-    /// Adds up the waves in the wanted lanes of `rows` rows of a strip, of which the first is at `at`.
+    /// Adds up the waves in the wanted lanes of `rows` rows of a strip; `at` is the index of the first of these values
+    /// in the area.
     #[inline(always)]
     fn add_up<S: Simd>(&mut self, simd: S, reaching: &[Reaching<S>], rows: usize, lanes: Range<usize>, mut at: usize) {
-        // Distances are in reaches, and a reach is so many turns of the phase.
+        // Distances are in reaches: this is the number of turns of the phase in a reach.
         let turns = simd.splat((REACH * CELL_WAVES) as f32);
         let zero = simd.splat(0.0);
-        // Never more rows; but so the compiler knows that none is outside of the arrays.
+        // There are never more rows, but this tells the compiler that no index is out of range.
         for row in 0..rows.min(GROUP_ROWS) {
             let across_x = load_part(simd, &self.across_x[at..], &lanes) * turns;
             let across_y = load_part(simd, &self.across_y[at..], &lanes) * turns;
@@ -370,20 +375,21 @@ impl StripesFill<'_> {
     }
 }
 
-/// A weighted sum of waves, in terms of the sine s and the cosine c of half their phases, both scaled.
+/// A weighted sum of waves, expressed by the sine s and the cosine c of half their phases, both scaled.
 #[derive(Clone, Copy)]
 struct WaveSum<S: Simd> {
     weight: S::F32,
-    /// Of s^2.
+    /// Weighted sum of s^2.
     sine2: S::F32,
-    /// Of s c.
+    /// Weighted sum of s c.
     both: S::F32,
 }
 
-/// Half the phase is within a quarter turn, where few terms are enough: with r the phase in turns, less its nearest
-/// whole number, `sin(pi r)` is `SINE r (r^4 + SINE_1 r^2 + SINE_0)`, within 0.0002, and `cos(pi r)` is
-/// `COSINE (r^2 - 1/4) (r^2 - COSINE_0)`, within 0.0012. At r = 1/2 the sine is 1 and flat and the cosine 0, so that the wave is smooth
-/// where r jumps; fitted to the largest error.
+/// Coefficients for the sine and cosine of half a phase. Half a phase is within a quarter turn, where few terms
+/// suffice. With r the phase in turns, less the nearest whole number, `sin(pi r)` is
+/// `SINE r (r^4 + SINE_1 r^2 + SINE_0)`, within 0.0002, and `cos(pi r)` is `COSINE (r^2 - 1/4) (r^2 - COSINE_0)`,
+/// within 0.0012. At r = 1/2 the sine is 1 and flat and the cosine 0, so that the wave is smooth where r jumps. The fit
+/// minimises the largest error.
 const SINE: f64 = 2.2295;
 const SINE_1: f64 = -4.0 / SINE - 0.5;
 const SINE_0: f64 = 3.0 / SINE + 0.0625;
@@ -391,7 +397,7 @@ const COSINE: f64 = 4.0 * 0.901;
 const COSINE_0: f64 = 1.0 / 0.901;
 
 impl<S: Simd> WaveSum<S> {
-    /// This and a wave of some weight and phase, in turns.
+    /// Returns this sum plus a wave of some weight and phase, in turns.
     #[inline(always)]
     fn plus(self, simd: S, weight: S::F32, phase: S::F32) -> WaveSum<S> {
         // A float of this size has no fraction: adding it rounds to the nearest whole number.
@@ -408,21 +414,21 @@ impl<S: Simd> WaveSum<S> {
         }
     }
 
-    /// The cosine and the sine of the sum, scaled to length one.
+    /// Returns the cosine and the sine of the sum, scaled to length one.
     #[inline(always)]
     fn crest_and_flank(self, simd: S) -> (S::F32, S::F32) {
         let cosine = self.weight - self.sine2 * simd.splat((2.0 * SINE * SINE) as f32);
         let sine = self.both * simd.splat((2.0 * SINE * COSINE) as f32);
         let length = simd.sqrt(cosine * cosine + sine * sine);
         let inverse = simd.splat(1.0) / simd.max(length, self.weight * simd.splat(FULL_SHARE));
-        // One from the full share on; below it the length comes out as q (3 - q^2) / 2, which has no kink there.
+        // The length is 1 from the full share on; below that it is q (3 - q^2) / 2, which has no kink there.
         let q = length * inverse;
         let scale = inverse * (simd.splat(1.5) - simd.splat(0.5) * (q * q));
         (cosine * scale, sine * scale)
     }
 }
 
-/// A vector whose wanted lanes are the first of `from`; the others are zero.
+/// Loads the first of `from` into the wanted lanes of a vector; the others are zero.
 #[inline(always)]
 fn load_part<S: Simd>(simd: S, from: &[f32], lanes: &Range<usize>) -> S::F32 {
     if lanes.len() == S::LANES {
@@ -433,7 +439,7 @@ fn load_part<S: Simd>(simd: S, from: &[f32], lanes: &Range<usize>) -> S::F32 {
     simd.load(&vector)
 }
 
-/// Writes the wanted lanes to the first of `to`.
+/// Stores the wanted lanes to the first of `to`.
 #[inline(always)]
 fn store_part<S: Simd>(simd: S, value: S::F32, to: &mut [f32], lanes: &Range<usize>) {
     if lanes.len() == S::LANES {
@@ -448,14 +454,14 @@ fn store_part<S: Simd>(simd: S, value: S::F32, to: &mut [f32], lanes: &Range<usi
 mod tests {
     use super::*;
 
-    /// Where areas are tried: the origin, negative coordinates, 10^12, and 2^50 vertices away.
+    /// Areas of the tests: at the origin, at negative coordinates, at 10^12, and 2^50 vertices away.
     const PLACES: [(i64, i64); 4] =
         [(0, 0), (-1000, -77), (1_000_000_000_000, -1_000_000_000_000), (1 << 50, -(1 << 50) + 9)];
 
-    /// In vertices.
+    /// Wavelengths in vertices.
     const WAVES: [f64; 6] = [2.0, 3.0, 7.3, 24.0, 110.0, 200.0];
 
-    /// A direction that turns, from the vertex alone; in places there is none.
+    /// Returns a turning direction, as a function of the vertex alone; it is missing at some vertices.
     fn turning(area: Area) -> [Vec<f32>; 2] {
         let mut across = [Vec::new(), Vec::new()];
         for y in area.y0..area.y1 {
@@ -530,7 +536,7 @@ mod tests {
             assert!(lengths.clone().all(|length| length <= 1.000_01), "waves of {wave} at {x}, {y}");
             let high = lengths.filter(|length| *length > 0.9).count();
             assert!(high > area.len() * 4 / 5, "waves of {wave} at {x}, {y}: {high} are high");
-            // Of longer waves there are too few.
+            // In the area there are too few longer waves for a mean of zero.
             for values in [&crest, &flank].into_iter().filter(|_| wave <= 24.0) {
                 let mean = values.iter().map(|value| f64::from(*value)).sum::<f64>() / area.len() as f64;
                 assert!(mean.abs() < 0.001 + 0.0007 * wave, "waves of {wave} at {x}, {y}: mean {mean}");
@@ -545,7 +551,8 @@ mod tests {
             for angle in [0.0_f64, 0.3, 0.8, 2.0] {
                 let across = [vec![angle.cos() as f32; area.len()], vec![angle.sin() as f32; area.len()]];
                 let [crest, flank] = filled(&Stripes::new(wave, 1.0, 6), widest(), area, &across);
-                // By how much of that of the wavelength the phase grows from vertex to vertex, on average.
+                // Returns the mean growth of the phase from a vertex to the next, relative to that of a plane wave
+                // straight across.
                 let turn = |step: usize| {
                     let (mut real, mut imaginary) = (0.0, 0.0);
                     for at in 0..area.len() - area.width() {
@@ -565,7 +572,7 @@ mod tests {
         }
     }
 
-    /// Across the borders of blocks and cells too, and far away.
+    /// Also across the borders of blocks and cells, and far away.
     #[test]
     fn waves_are_smooth_everywhere() {
         for (wave, (x, y)) in [110.0, 200.0].into_iter().flat_map(|wave| PLACES.map(|place| (wave, place))) {
@@ -581,7 +588,8 @@ mod tests {
                     }
                 }
             }
-            // The greatest bend of a plane wave; the ends of stripes are sharper. A jump would be a hundred of it.
+            // The greatest bend of a plane wave; at the ends of stripes it is larger. A jump would be a hundred times
+            // this.
             let unit = (std::f32::consts::TAU / wave as f32).powi(2);
             assert!(roughest < 6.0 * unit, "waves of {wave} at {x}, {y}: bent by {} of a wave", roughest / unit);
         }

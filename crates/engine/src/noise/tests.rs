@@ -1,4 +1,5 @@
-//! The promises of the noise: the same bits from every level and in every area, the true function, far away too, within bounds.
+//! The promises of the noise: the same bits from every SIMD level and in every area, the true function, also far away,
+//! within bounds.
 
 use super::lattice::{self, DIRECTIONS, EDGE, Lattice, NORMALISATION, hash};
 use super::{Fractal, FractalKind, FractalSpec};
@@ -12,7 +13,8 @@ const KINDS: [FractalKind; 4] = [
     FractalKind::Hetero { offset: 0.8 },
 ];
 
-/// Where areas are tried: the origin, negative coordinates, tile 10^9, 2^48, and the far end, 2^40 tiles away.
+/// Areas of the tests: at the origin, at negative coordinates, at tile 10^9, at 2^48, and at the far end, 2^40 tiles
+/// away.
 const PLACES: [(i64, i64); 5] =
     [(0, 0), (-1000, -77), (1_000_000_000 * 256, -1_000_000_000 * 256), (1 << 48, 1 << 48), (-(1 << 48) + 5, 3)];
 
@@ -20,7 +22,7 @@ fn thesis(kind: FractalKind) -> FractalSpec {
     FractalSpec { kind, octaves: 8, wavelength_m: 1400.0, lacunarity: 2.5, h: 2.0 }
 }
 
-/// Octaves that hide nothing behind small amplitudes.
+/// Octaves with large amplitudes, so that none is hidden by the others.
 fn rough(kind: FractalKind) -> FractalSpec {
     FractalSpec { kind, octaves: 7, wavelength_m: 110.0, lacunarity: 2.0, h: 0.3 }
 }
@@ -35,7 +37,7 @@ fn filled(fractal: &Fractal, level: Level, area: Area) -> Vec<f32> {
     out
 }
 
-/// Displacements that depend on the vertex alone, up to `reach_m` either way.
+/// Returns displacements that depend on the vertex alone, up to `reach_m` either way.
 fn displacements(area: Area, reach_m: f32) -> (Vec<f32>, Vec<f32>) {
     let mut dx_m = Vec::new();
     let mut dy_m = Vec::new();
@@ -129,7 +131,7 @@ fn reference_noise(cell: [u32; 2], fraction: [f64; 2]) -> f64 {
     NORMALISATION * sum
 }
 
-/// A fractal as the books write it, in `f64`, at a vertex displaced by metres.
+/// A fractal as textbooks write it, in `f64`, at a vertex displaced by metres.
 fn reference(spec: &FractalSpec, spacing_m: f64, seed: u64, x: i64, y: i64, warp_m: [f64; 2]) -> f64 {
     let mut value = 0.0;
     let mut weight = 1.0_f64;
@@ -162,15 +164,15 @@ fn reference(spec: &FractalSpec, spacing_m: f64, seed: u64, x: i64, y: i64, warp
             FractalKind::Hetero { offset } if octave == 0 => value = noise + offset,
             FractalKind::Hetero { offset } => value += (noise + offset) * amplitude * value,
         }
-        // As the fractal does: far away, the last bit of a frequency is many cells.
+        // The same rounding as in the fractal: far away, the last bit of a frequency makes many cells of difference.
         frequency *= spec.lacunarity;
     }
     value
 }
 
-/// How far `f32` lanes may be from the books, relative to the range of the fractal.
+/// Largest difference between `f32` lanes and the textbook formula, relative to the range of the fractal.
 const TOLERANCE: f64 = 1e-5;
-/// Far displacements are known to 2^-13 of a cell only, see `max_warp_m`; near ones are as good as vertices.
+/// Far displacements are known only to 2^-13 of a cell, see `max_warp_m`; near ones are as exact as vertices.
 const TOLERANCE_WARPED: f64 = 2e-5;
 
 #[test]
@@ -205,7 +207,7 @@ fn agrees_with_plain_noise_in_f64() {
     }
 }
 
-/// What the bumps' sum is at most, over all unit gradients, at a point of a cell: each gradient along its d.
+/// Returns the largest sum of bumps at a point of a cell over all unit gradients: each gradient points along its d.
 fn largest_sum(u: f64, v: f64) -> f64 {
     let mut sum = 0.0;
     for (corner_u, corner_v) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
@@ -218,8 +220,9 @@ fn largest_sum(u: f64, v: f64) -> f64 {
 
 #[test]
 fn normalised_noise_stays_within_one() {
-    // Branch and bound. Over a square the sum is at most that in the middle plus the half diagonal times the steepest slope:
-    // each of at most three bumps changes by (1/2)^4 a lattice unit or less, and the skew stretches by at most sqrt(3/2).
+    // Branch and bound. Over a square, the sum is at most its value in the middle plus half the diagonal times the
+    // steepest slope: each of at most three bumps changes by (1/2)^4 per lattice unit or less, and the skew stretches
+    // by at most sqrt(3/2).
     const STEEPEST: f64 = 3.0 / 16.0;
     const DIAGONAL: f64 = 1.3;
     let mut squares = vec![(0.0, 0.0, 1.0)];
@@ -287,7 +290,7 @@ fn gradients_are_even_and_neighbours_are_independent() {
         let mut single = [0; 16];
         points().for_each(|(u, v)| single[at(u, v)] += 1);
         worst = worst.max(surprise(&single));
-        // Neighbours, and far points as other seeds and octaves have them.
+        // Neighbours, and points as far apart as other seeds and octaves place them.
         let shifts =
             [(1, 0), (0, 1), (1, 1), (u32::MAX, 1), (2, 0), (0, 2), (1, 2), (2, 1), (3, 0), (0, 3), (16, 0), (0, 16)];
         let far = [(0x1234_5678, 0x9abc_def0), (1 << 31, 0), (0, 1 << 31), (1 << 16, 1 << 16), (0x0f0f_0f0f, 3)];
@@ -380,7 +383,8 @@ fn refuses_waves_shorter_than_the_spacing() {
 
 #[test]
 fn the_shortest_waves_are_as_exact() {
-    // Waves of one spacing, which no vector's stretch of points holds, and just above and below where methods change.
+    // Waves of one spacing, too short for the row-wise method, and waves just above and below the limits where methods
+    // change.
     for wavelength_m in [1.0, 1.2, 1.44, 1.46, 19.9, 20.1] {
         let spec = FractalSpec { octaves: 1, wavelength_m, ..thesis(FractalKind::Fbm) };
         let fractal = Fractal::new(&spec, 1.0, 3);

@@ -1,4 +1,4 @@
-//! The middle line of a road: a way with its corners rounded, as points that lie evenly along it.
+//! The middle line of a road: a route with rounded corners, as points evenly spaced along the line.
 
 use crate::fluvial::survey::{Sampling, Survey};
 use crate::geometry::{bilinear, length};
@@ -9,33 +9,36 @@ use crate::places::plan_land::{PlanNode, Scale};
 use crate::places::route::Route;
 use crate::places::turn_cost::bend_m;
 
-/// Nodes by which a rounded corner may miss the way's own: less than a half, since the search knows nothing between nodes.
+/// Nodes by which a rounded corner may miss the route's own corner: less than half, since the search knows nothing of
+/// the land between nodes.
 const MISS: f64 = 0.4;
 
-/// Straight pieces that a bend is made of before points are laid along it: of a hairpin by 150 degrees each turns by about 10,
-/// and the middle of a piece misses an arc of 60 m by about a quarter of a metre.
+/// Number of straight pieces that a bend is made of before points are laid along it. In a hairpin of 150 degrees each
+/// piece turns by about 10 degrees, and the middle of a piece misses an arc of 60 m radius by about a quarter of a
+/// metre.
 const BEND_PIECES: i64 = 16;
 
-/// Points that the land is asked about at a time. Chosen by eye.
-// Few, since the land is asked about their bounds, whose area grows with the square on a slanting line.
+/// Number of points for which the land is queried at a time. Chosen by eye.
+// Few, since the query covers the points' bounding box, whose area grows with the square of their number on a slanting
+// line.
 const CHUNK: usize = 16;
 
 /// The middle line of a road, about [`Scale::apart`] vertices from point to point.
 #[derive(Debug)]
 pub(super) struct Alignment {
-    /// Places in 1/256 vertex from the window's first node.
+    /// Points in 1/256 vertex from the window's first node.
     pub points: Vec<[i64; 2]>,
-    /// Whether a point lies on a leg that goes over a lake or the sea.
+    /// For each point, true if it lies on a leg that bridges a lake or the sea.
     pub bridged: Vec<bool>,
-    /// Metres from a point to the next.
+    /// Length in metres of the piece from each point to the next.
     pub lengths_m: Vec<f64>,
-    /// The scale of the plan on which the way was found.
+    /// The scale of the plan on which the route was found.
     pub scale: Scale,
 }
 
 impl Alignment {
-    /// The line along a way. Corners are rounded as far as `softness` (0 to 1) says, but always so far that no curve is
-    /// sharper than `radius_m`.
+    /// Returns the line along a route. `softness` (0 to 1) tells how far corners are rounded, but each is rounded at
+    /// least so far that no curve is sharper than `radius_m`.
     pub fn along(route: &Route, scale: &Scale, radius_m: f64, softness: f64) -> Alignment {
         let (corners, legs) = corners(route, scale);
         let mut path = vec![(corners[0], legs[0])];
@@ -43,23 +46,24 @@ impl Alignment {
             let (before, here, after) = (corners[index - 1], corners[index], corners[index + 1]);
             let ((to, to_length), (away, away_length)) = (direction(before, here), direction(here, after));
             let cos = to[0] * away[0] + to[1] * away[1];
-            // Of half of the angle by which the line turns.
+            // Sine and cosine of half the angle by which the line turns.
             let [half_sin, half_cos] = [1.0 - cos, 1.0 + cos].map(|twice| (twice / 2.0).max(0.0).sqrt());
             let least = bend_m(cos, radius_m) / scale.spacing_m;
-            // At a bridge's end the bend is as short as it may be.
+            // At a bridge's end the bend is as short as the radius allows.
             let soft = if legs[index - 1] || legs[index] { 0.0 } else { softness };
-            // The other half of a leg is the next corner's, so bends do not overlap.
-            // A curve's middle misses its corner by its reach times this, the tangent of a quarter of the angle.
+            // A bend takes at most half of a leg, since the other half is the next corner's: so bends do not overlap.
+            // The middle of a bend misses the corner by the bend's reach times `missed`, the tangent of a quarter of
+            // the angle.
             let missed = half_sin / (1.0 + half_cos);
             let wished = (to_length.min(away_length) / 2.0).min(MISS * scale.step as f64 / missed.max(1e-9)) * soft;
-            // `least` fits as well: the search allows no turn that needs more than half of a leg.
+            // `least` fits in half a leg too: the search allows no turn that needs more.
             let reach = least.max(wished);
             let start = [here[0] - to[0] * reach, here[1] - to[1] * reach];
             let end = [here[0] + away[0] * reach, here[1] + away[1] * reach];
             for piece in 0..=BEND_PIECES {
                 let along = piece as f64 / BEND_PIECES as f64;
                 let rest = 1.0 - along;
-                // A circle as a rational curve: its corner weighs as much as the cosine of half of the angle.
+                // A circular arc as a rational Bezier curve: the weight of its corner is the cosine of half the angle.
                 let weights = [rest * rest, 2.0 * half_cos * rest * along, along * along];
                 let at = |axis: usize| {
                     (start[axis] * weights[0] + here[axis] * weights[1] + end[axis] * weights[2])
@@ -73,16 +77,17 @@ impl Alignment {
         Alignment::laid(&path, scale)
     }
 
-    /// Points that lie evenly along a path, whose pieces tell whether they are bridged.
+    /// Lays points evenly along a path. Each vertex of the path carries the flag of whether the piece after it is
+    /// bridged.
     fn laid(path: &[([f64; 2], bool)], scale: &Scale) -> Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
-        // There is always a point between the ends, which are the sites'.
+        // At least one point lies between the two ends, which are the sites' own points.
         let count = ((whole / scale.apart as f64) as usize).max(2);
         let mut line = Alignment { points: Vec::new(), bridged: Vec::new(), lengths_m: Vec::new(), scale: *scale };
         let (mut piece, mut before) = (0, 0.0);
         for index in 0..=count {
-            // From the whole each time, since a sum of steps would drift away from the end.
+            // Computed from the whole length each time, since a sum of steps would drift away from the end.
             let at = whole * index as f64 / count as f64;
             while piece + 1 < lengths.len() && before + lengths[piece] < at {
                 before += lengths[piece];
@@ -93,32 +98,33 @@ impl Alignment {
             line.points.push(fixed([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share)));
             line.bridged.push(path[piece].1);
         }
-        // The ends lie on the sites exactly, whatever the sums above have rounded to.
+        // The ends lie on the sites exactly, whatever rounding the sums above have.
         line.points[0] = fixed(path[0].0);
         line.points[count] = fixed(path[path.len() - 1].0);
-        // Of the points as they have been rounded: grades are measured on those.
+        // Lengths of the pieces between the rounded points, since grades are measured between those.
         line.lengths_m = (0..count).map(|index| line.piece(index).length_m(scale.spacing_m)).collect();
         line
     }
 
-    /// The piece from a point to the next.
+    /// Returns the piece from a point to the next.
     pub fn piece(&self, index: usize) -> FixedSegment {
         FixedSegment { from: self.points[index], to: self.points[index + 1] }
     }
 
-    /// The first two pieces, by their first points, of which one crosses the other.
+    /// Finds the first two pieces that cross each other, and returns the indices of their first points.
     pub fn crosses_itself(&self) -> Option<[usize; 2]> {
         let longest_m = self.lengths_m.iter().copied().fold(0.0, f64::max);
         (0..self.lengths_m.len()).find_map(|first| {
             let own = self.piece(first);
-            // The next piece shares a point with it.
+            // The next piece shares a point with this one, so it is left out.
             let mut second = first + 2;
             while second < self.lengths_m.len() {
                 let other = self.piece(second);
                 if own.crosses(&other) {
                     return Some([first, second]);
                 }
-                // No piece is nearer than the way back to this one is long.
+                // Skip pieces: the way along the line is no shorter than the straight distance, so the next ones cannot
+                // reach back to `own`.
                 let apart_m = FixedSegment { from: own.from, to: other.from }.length_m(self.scale.spacing_m);
                 second += ((apart_m / longest_m) as usize).saturating_sub(2).max(1);
             }
@@ -126,7 +132,7 @@ impl Alignment {
         })
     }
 
-    /// The leg of the way that a point lies next to.
+    /// Returns the index of the route's leg that is nearest to a point.
     pub fn leg(&self, point: usize, route: &Route) -> usize {
         let far = |leg: usize| {
             let [from, to] = [route.nodes[leg], route.nodes[leg + 1]].map(|node| self.scale.fixed(node));
@@ -135,8 +141,9 @@ impl Alignment {
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// The water that each point lies in, or that the line to the next one may cross: a lake or the sea at any corner of its
-    /// cell, [`Scale::fine`] vertices a side, or what is at the nearest. `origin` is the window's first vertex.
+    /// Returns the water at each point: a lake or the sea if any corner of the point's grid cell, [`Scale::fine`]
+    /// vertices a side, lies in one, since the line to the next point may cross it; else the water at the nearest
+    /// corner. `origin` is the window's first vertex.
     pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
         self.asked(origin, |x0, y0, cols, rows| {
             let waters = land.waters(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
@@ -148,7 +155,7 @@ impl Alignment {
         })
     }
 
-    /// The height of the land at each point in metres. `origin` is the window's first vertex.
+    /// Returns the height of the land at each point in metres. `origin` is the window's first vertex.
     pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<f64> {
         self.asked(origin, |x0, y0, cols, rows| {
             let heights_m = land.heights_m(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
@@ -156,8 +163,8 @@ impl Alignment {
         })
     }
 
-    /// Asks the land around some points at a time and reads it at each: in `read`, by the four corners of the point's
-    /// cell and its place in there.
+    /// Queries the land around some points at a time with `ask`, and reads it at each point with `read`, which gets the
+    /// indices of the four corners of the point's grid cell and the point's place within the cell.
     fn asked<T, R: Fn([usize; 4], [f64; 2]) -> T>(
         &self,
         origin: [i64; 2],
@@ -167,13 +174,14 @@ impl Alignment {
         let side = fine * FIXED;
         let mut values = Vec::with_capacity(self.points.len());
         for chunk in self.points.chunks(CHUNK) {
-            // Cells of the world: the land is asked at the same vertices from any window, and in any chunk.
+            // The grid cells belong to the world, not to the window: any window and any chunk queries the land at the
+            // same vertices.
             let cells = |at: &[i64; 2]| [0, 1].map(|axis| (at[axis] + origin[axis] * FIXED).div_euclid(side));
             let end = |axis: usize, sign: i64| {
                 chunk.iter().map(|at| cells(at)[axis] * sign).max().expect("a chunk has points") * sign
             };
             let (x0, y0, x1, y1) = (end(0, -1), end(1, -1), end(0, 1), end(1, 1));
-            // One since both ends count, and one for the far corners of the last cells.
+            // One more since both ends count, and one for the far corners of the last cells.
             let (cols, rows) = ((x1 - x0 + 2) as usize, (y1 - y0 + 2) as usize);
             let read = ask(x0 * fine, y0 * fine, cols, rows);
             for at in chunk {
@@ -187,14 +195,15 @@ impl Alignment {
     }
 }
 
-/// A way's ends and turning points in vertices, and for each leg between them whether it is bridged.
+/// Returns the ends and turning points of a route in vertices, and for each leg between them whether it is bridged.
 fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
     let place = |node: PlanNode| scale.vertex(node).map(|at| at as f64);
     let (mut corners, mut legs) = (vec![place(route.nodes[0])], vec![route.bridges[0]]);
     for index in 1..route.nodes.len() - 1 {
         let [before, here, after] = [route.nodes[index - 1], route.nodes[index], route.nodes[index + 1]];
         let (a, b) = ([here[0] - before[0], here[1] - before[1]], [after[0] - here[0], after[1] - here[1]]);
-        // Exact in whole numbers. The search lets no way turn back, so on one line means onwards.
+        // Exact in whole numbers. The search lets no route turn straight back, so collinear moves go on in the same
+        // direction.
         let goes_on = a[0] * b[1] == a[1] * b[0] && route.bridges[index - 1] == route.bridges[index];
         if !goes_on {
             corners.push(place(here));
@@ -205,7 +214,7 @@ fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
     (corners, legs)
 }
 
-/// The direction from one place to another, of length 1, and their distance.
+/// Returns the unit vector from one place to another, and their distance.
 fn direction(from: [f64; 2], to: [f64; 2]) -> ([f64; 2], f64) {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = length(way);

@@ -1,34 +1,38 @@
-//! Viaducts and tunnels: where a road leaves the land, since no bank is built so high and no cut dug so deep.
+//! Viaducts and tunnels: a road leaves the land where an embankment would be too high or a cutting too deep.
 //!
-//! Dips and ridges that the land itself could not be climbed through are found first, and those short enough for a bridge
-//! are gone straight over, or through. Of what is left, earthworks take most; where they would have to be too high or too
-//! deep, the road is carried, or bored, after all.
+//! First come dips and ridges whose sides are steeper than the grade of the road: it goes straight over or through
+//! those that are short enough for a bridge. Elsewhere earthworks carry the road; where they would still be too high or
+//! too deep, a viaduct or a tunnel takes their place.
 
 use crate::lines::StructureKind;
 use crate::places::profile::swept;
 
-/// Metres of a fill from which on there is a viaduct, and of the fill that it ends at.
+/// Height in metres of a fill above which a viaduct carries the road, and of the fill at which the viaduct ends.
 ///
-/// A bank of 12 m is 50 m wide at its foot, and the batters of a road end before those of a higher one do. Where a structure
-/// ends is chosen by eye, a third of where one begins, as it is for tunnels.
+/// A bank of 12 m is 50 m wide at its foot, and the road's effect on the land ends before the batters of a higher bank
+/// would. The height at which a structure ends is chosen by eye: a third of that where one begins, as for tunnels.
 const FILL_M: Tolerance = Tolerance { carried_m: 12.0, end_m: 4.0 };
 
-/// Metres of a cut from which on there is a tunnel, and of the cut that it ends at. Chosen by eye.
+/// Depth in metres of a cut below which a tunnel carries the road, and of the cut at which the tunnel ends. Chosen by
+/// eye.
 const CUT_M: Tolerance = Tolerance { carried_m: 25.0, end_m: 8.0 };
 
-/// Metres of a cut that may fall to a tunnel: a ditch beside the road is as deep. Chosen by eye.
+/// Depth in metres up to which a cut may slope down to a tunnel's mouth: a ditch beside the road is as deep. Chosen by
+/// eye.
 const MOUTH_M: f64 = 0.5;
 
-/// How far off the land a road may lie: thresholds with hysteresis, so that a structure does not come and go.
+/// Distances from the land at which a structure begins and ends: two thresholds (hysteresis), so that a structure does
+/// not flicker on and off along the road.
 struct Tolerance {
-    /// Metres off the land from which on a road needs a structure.
+    /// Distance in metres from the land above which a road needs a structure.
     carried_m: f64,
-    /// Metres off the land at which that ends.
+    /// Distance in metres from the land at which the structure ends.
     end_m: f64,
 }
 
 impl Tolerance {
-    /// The first and last points of all structures, from the start on, for a road so far off the land at each point.
+    /// Finds the first and last points of all structures, from the start of the road on. `off_m` is the road's distance
+    /// from the land at each point.
     fn runs(&self, off_m: &[f64]) -> Vec<(usize, usize)> {
         let (mut runs, mut first) = (Vec::new(), 0);
         for run in off_m.chunk_by(|a, b| (*a > self.end_m) == (*b > self.end_m)) {
@@ -41,8 +45,9 @@ impl Tolerance {
     }
 }
 
-/// The heights that a road should have, given those of the land and the metres from each point to the next: the land's,
-/// but straight over dips and through ridges with sides steeper than `grade`, if they are no longer than `most_m`.
+/// Returns the heights that a road should have, given those of the land and the metres from each point to the next.
+/// They follow the land, but go straight over dips and through ridges whose sides are steeper than `grade` and that are
+/// no longer than `most_m`.
 pub(super) fn wished_m(heights_m: &[f64], lengths_m: &[f64], grade: f64, most_m: f64) -> Vec<f64> {
     let mut wished_m = heights_m.to_vec();
     let over_m = swept(lengths_m, heights_m.to_vec(), -grade, f64::max);
@@ -53,8 +58,8 @@ pub(super) fn wished_m(heights_m: &[f64], lengths_m: &[f64], grade: f64, most_m:
     wished_m
 }
 
-/// Replaces the heights of runs of points by straight lines between the points before and after, but for runs longer than
-/// `most_m` and those at an end.
+/// Replaces the heights in runs of points by straight lines between the points before and after each run. Runs longer
+/// than `most_m` and those at an end of the road stay.
 fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)], most_m: f64) {
     for &(first, last) in runs {
         let (Some(before), after) = (first.checked_sub(1), last + 1) else { continue };
@@ -70,8 +75,8 @@ fn straighten(heights_m: &mut [f64], lengths_m: &[f64], runs: &[(usize, usize)],
     }
 }
 
-/// Adds viaducts and tunnels to what carries the points of a road, given its levels and the heights of the land under it: where
-/// it would lie on the ground, but too far above or below the land.
+/// Adds viaducts and tunnels to the carriers of a road's points, given its levels and the heights of the land: where it
+/// would lie on the ground, but too far above or below the land.
 pub(super) fn carry(carriers: &mut [Option<StructureKind>], levels_m: &[f64], heights_m: &[f64]) {
     let structures = [
         (StructureKind::Bridge, FILL_M.runs(&off_m(levels_m, heights_m))),
@@ -79,7 +84,8 @@ pub(super) fn carry(carriers: &mut [Option<StructureKind>], levels_m: &[f64], he
     ];
     for (kind, runs) in structures {
         for (mut first, mut last) in runs {
-            // A cut that falls to a tunnel's mouth would gather water there: it is covered, as far as it is one.
+            // Water would gather in a cutting that slopes down to a tunnel's mouth, so the tunnel is extended to the
+            // end of that cutting.
             if kind == StructureKind::Tunnel {
                 let is_cut = |point: usize| heights_m[point] - levels_m[point] > MOUTH_M;
                 while first > 0 && levels_m[first - 1] > levels_m[first] && is_cut(first - 1) {
@@ -89,7 +95,7 @@ pub(super) fn carry(carriers: &mut [Option<StructureKind>], levels_m: &[f64], he
                     last += 1;
                 }
             }
-            // A point alone would carry nothing.
+            // A structure of a single point would carry no piece of the road.
             let last = if first == last { (last + 1).min(carriers.len() - 1) } else { last };
             for carrier in &mut carriers[first..=last] {
                 carrier.get_or_insert(kind);
@@ -98,7 +104,7 @@ pub(super) fn carry(carriers: &mut [Option<StructureKind>], levels_m: &[f64], he
     }
 }
 
-/// How far the upper heights lie above the lower ones.
+/// Returns the heights of the upper line above the lower one.
 fn off_m(upper_m: &[f64], lower_m: &[f64]) -> Vec<f64> {
     upper_m.iter().zip(lower_m).map(|(upper_m, lower_m)| upper_m - lower_m).collect()
 }
@@ -107,7 +113,7 @@ fn off_m(upper_m: &[f64], lower_m: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// 8 m from point to point, level at 100 m but for `dip_m` below that from 400 m to 480 m.
+    /// Points 8 m apart, level at 100 m, but lower by `dip_m` from 400 m to 480 m.
     fn land(dip_m: f64) -> (Vec<f64>, Vec<f64>) {
         let heights_m = (0..100).map(|point| if (50..=60).contains(&point) { 100.0 - dip_m } else { 100.0 });
         (heights_m.collect(), vec![8.0; 99])
@@ -118,14 +124,14 @@ mod tests {
         for dip_m in [30.0, -30.0] {
             let (heights_m, lengths_m) = land(dip_m);
             assert_eq!(wished_m(&heights_m, &lengths_m, 0.1, 160.0), [100.0; 100], "{dip_m}");
-            // Nobody builds a bridge or a tunnel as long.
+            // The dip is 96 m long from land to land: too long for structures of at most 80 m.
             assert_eq!(wished_m(&heights_m, &lengths_m, 0.1, 80.0), heights_m, "{dip_m}");
         }
         for dip_m in [10.0, -20.0] {
             let (heights_m, lengths_m) = land(dip_m);
             assert_eq!(wished_m(&heights_m, &lengths_m, 0.1, 160.0), heights_m, "{dip_m}");
         }
-        // What the road can climb is neither.
+        // A slope that the road can climb is neither a dip nor a ridge.
         let slope_m: Vec<f64> = (0..100).map(|point| f64::from(point) * 0.7).collect();
         assert_eq!(wished_m(&slope_m, &[8.0; 99], 0.1, 1000.0), slope_m);
     }

@@ -1,5 +1,5 @@
-//! A road is built: a way is found, rounded, checked, carried over the waters, given its heights and carried over what
-//! these are too high above, or bored through what they are too deep under.
+//! Building a road: a route is found, rounded and checked, carried over the waters and given its heights. Bridges then
+//! carry it where it lies too high above the land, tunnels where it lies too deep under it.
 
 use std::collections::BTreeSet;
 
@@ -21,13 +21,13 @@ use crate::places::site::{Seat, SiteClass};
 use crate::places::spans::spans;
 use crate::places::way_by;
 
-/// How far corners are rounded, chosen by eye; the next is tried where a rounder line would run into water.
+/// Softness of the rounded corners, chosen by eye. The next value is tried if the rounder line would run into water.
 const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
 
-/// Ways that are tried, chosen by eye; after each, the legs that did not do are closed to the next.
+/// Number of routes that are tried, chosen by eye. After each one, the legs that failed are closed to the next.
 const TRIES: usize = 8;
 
-/// What all roads of a world are built with.
+/// The inputs from which all roads of a world are built.
 pub(super) struct Builder<'a> {
     pub settings: &'a PlacesSettings,
     pub seed: u64,
@@ -36,7 +36,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Where the road from one site to another may go, if there may be one.
+    /// Finds the corridor of the road from one site to another. `None` if no road is possible.
     pub fn corridor(&self, a: &Seat, b: &Seat) -> Option<Corridor> {
         let ends = [a, b].map(|site| self.plans.coarse.scale.node(site.at));
         let window = self.coarse_window(ends);
@@ -45,8 +45,8 @@ impl Builder<'_> {
         Corridor::new(&ground, ends.map(|end| window.inner(end)))
     }
 
-    /// The road from one site to another along their corridor, if there is a way: where the land has none for the class that the
-    /// two ask for, one of a lower class.
+    /// Builds the road from one site to another along their corridor, if there is a route: where the land has none for
+    /// the class that the two sites ask for, the road is of a lower class.
     pub fn road(&self, a: &Seat, b: &Seat, corridor: &Corridor) -> Option<Line> {
         let scale = &self.plans.fine.scale;
         let coarse = self.coarse_window([a, b].map(|site| self.plans.coarse.scale.node(site.at)));
@@ -54,7 +54,7 @@ impl Builder<'_> {
         let [cols, rows] = [0, 1].map(|axis| (past[axis] - first[axis]) as usize);
         let is_looked_at = |nodes: Area| corridor.looks_at([nodes.x0, nodes.y0], [nodes.x1 - 1, nodes.y1 - 1]);
         let window = self.plans.fine.window(self.survey, &self.plans.rivers, first, (cols, rows), is_looked_at);
-        // The same for all classes, so it is made once.
+        // The same land for all classes, so it is made once.
         let land = RouteLand::new(window, corridor, scale, self.seed);
         let asked = class_between(a, b);
         let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
@@ -67,15 +67,15 @@ impl Builder<'_> {
         })
     }
 
-    /// The coarse land under all ways between two of its nodes.
+    /// Returns the coarse land under all routes between two coarse nodes.
     fn coarse_window(&self, ends: [PlanNode; 2]) -> Window {
         let [a, b] = ends;
-        // A function of the two nodes alone, so the road is the same whatever area asks for it.
-        // Two more than the ellipse, for what rounding takes from its radius and its middle.
+        // A function of the two nodes alone, so the road is the same whatever area is asked for. Two nodes more than
+        // the ellipse, since its radius and its middle are rounded down.
         let radius = Ellipse::radius(apart(a, b)) as i64 + 2;
         let middle = [0, 1].map(|axis| (a[axis] + b[axis]).div_euclid(2));
         let side = (2 * radius + 1) as usize;
-        // As for the radius: a search looks at the ellipse and at the nodes next to it.
+        // A margin as for the radius: a search looks at the ellipse and at the nodes next to it.
         let axis = Ellipse::axis(apart(a, b)) + 4.0;
         let ends = ends.map(|[x, y]| Area::new(x, y, 1, 1));
         let is_looked_at = |nodes: Area| way_by(nodes, ends) <= axis;
@@ -83,11 +83,11 @@ impl Builder<'_> {
         self.plans.coarse.window(self.survey, &self.plans.rivers, at, (side, side), is_looked_at)
     }
 
-    /// The road of a class from one site to another, if there is a way for it.
+    /// Builds the road of a class from one site to another, if there is a route for it.
     fn of_class(&self, class: RoadClass, land: &RouteLand, outlook: &Outlook, sites: [&Seat; 2]) -> Option<Line> {
         let standard = self.settings.standard(class);
         let ends = sites.map(|site| land.window.inner(land.scale.node(site.at)));
-        // Anew for each class: where a wide road does not go, a narrower one may.
+        // Each class starts without closed legs: a narrow road may go where a wide one does not.
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
             let route = route(&Ground { land, standard: &standard, closed: &closed }, outlook, ends)?;
@@ -96,7 +96,8 @@ impl Builder<'_> {
                 let line = Alignment::along(&route, &land.scale, standard.radius_m, softness);
                 match self.on_line(&line, land, &standard, sites) {
                     Ok(points) => return Some(self.finished(class, &standard, points, sites)),
-                    // Those of the last count: its line keeps closest to the legs that are closed.
+                    // Only the failures of the last softness count: that line keeps closest to the legs, which are then
+                    // closed.
                     Err(points) => culprits = points.iter().map(|point| line.leg(*point, &route)).collect(),
                 }
             }
@@ -105,7 +106,8 @@ impl Builder<'_> {
         None
     }
 
-    /// The points of a road along a line and what carries them, or the points of the line that do not do.
+    /// Returns the points of a road along a line and the structures that carry them. The error lists the points of the
+    /// line where no road can be built.
     fn on_line(
         &self,
         line: &Alignment,
@@ -114,12 +116,12 @@ impl Builder<'_> {
         [a, b]: [&Seat; 2],
     ) -> Result<(Vec<LinePoint>, Vec<Structure>), Vec<usize>> {
         let origin = land.scale.vertex(land.window.at);
-        // What needs no land first, then the waters: a line that drowns needs no heights.
+        // Cheap checks first: crossings need no land. Then the waters: a line that runs into water needs no heights.
         if let Some([first, second]) = line.crosses_itself() {
             return Err(vec![first, first + 1, second, second + 1]);
         }
         if !land.has_open_water() {
-            // Most lines that do not do run in a river, which its pieces tell.
+            // Most lines that fail run in a river, and the river index tells that without a query of the land.
             spans(line, &land.rivers, &vec![WaterKind::Dry; line.points.len()], standard)?;
         }
         let waters = line.waters(self.survey, origin);
@@ -139,20 +141,20 @@ impl Builder<'_> {
         for span in &spans {
             carriers[span.first..=span.last].fill(Some(span.kind));
         }
-        // After the waters: it leaves alone what they have carried already.
+        // After the spans over water: points that already have a carrier keep it.
         carry(&mut carriers, &levels_m, &heights_m);
         let half_width_m = standard.width_m / 2.0;
         let point = |(at, level_m): (&[i64; 2], &f64)| {
-            // As precise as heights are.
+            // Rounded to `f32`, the precision of heights in tiles.
             let level_m = f64::from(*level_m as f32);
-            // From the site, since others do not know the window; in 1/256, so the quotient is exact.
+            // Relative to the site, since other windows have other origins; in 1/256 vertex, so the quotient is exact.
             let place = [0, 1].map(|axis| (at[axis] + (origin[axis] - a.at[axis]) * FIXED) as f64 / FIXED as f64);
             LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0 }
         };
         Ok((line.points.iter().zip(&levels_m).map(point).collect(), Structure::of_points(&carriers)))
     }
 
-    /// The road of a class that has such points and structures.
+    /// Assembles the road of a class from its points and structures.
     fn finished(
         &self,
         class: RoadClass,
@@ -169,7 +171,7 @@ impl Builder<'_> {
             name: None,
             course: id,
             origin: a.at,
-            // As far as cuts and fills go: nothing looks for a line outside its bounds.
+            // The bounds reach as far as cuts and fills do: nothing looks for a line outside its bounds.
             bounds: lines::bounds(a.at, &points, (standard.width_m / 2.0 + bank_m) / spacing_m),
             points,
             structures,
@@ -180,7 +182,7 @@ impl Builder<'_> {
     }
 }
 
-/// The class of the road that two settlements ask for.
+/// Returns the class of the road that two settlements ask for.
 pub(super) fn class_between(a: &Seat, b: &Seat) -> RoadClass {
     match (a.class.min(b.class), a.class.max(b.class)) {
         (SiteClass::Village | SiteClass::Town, SiteClass::Town) => RoadClass::Highway,

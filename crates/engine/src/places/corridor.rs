@@ -1,9 +1,9 @@
-//! Where a road may go, found on the coarse plan: what makes a search on the fine one look at a few nodes, and tells long before
-//! that search where no road will come.
+//! The corridor of a road, found on the coarse plan. It limits the search on the fine plan to few nodes, and tells long
+//! before that search which areas the road cannot reach.
 //!
-//! On the coarse plan a move costs what the best even climb does. What only the fine one knows is left out: rivers, turns,
-//! and dents between nodes. The nodes by which a way costs little more than the best make the corridor, which the road never
-//! leaves.
+//! A move on the coarse plan costs as much as the best even climb between its ends. Rivers, turns, and dents between
+//! nodes are left out, since only the fine plan knows them. The corridor consists of the nodes through which a route
+//! costs little more than the best one, and the road never leaves it.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -17,40 +17,42 @@ use crate::places::route_land::wander;
 use crate::places::settings::Standard;
 use crate::stop;
 
-/// How far moves on the coarse plan go along rows and columns, at most.
+/// Most nodes that a move on the coarse plan goes along rows or columns.
 const FAR: i64 = 2;
 
-/// What a way may cost that still lies in the corridor: so many times what the best does, and so many metres more, a side
-/// valley's width. Chosen by measuring: of 41 roads of `archipelago` that a factor of 2 finds, 1.3 finds 40 and 1.15 finds 38.
+/// Largest cost of a route through a node of the corridor: so many times the cost of the best route, and so many metres
+/// more, about the width of a side valley. Chosen by measuring: of 41 roads of `archipelago` that a factor of 2 finds,
+/// 1.3 finds 40 and 1.15 finds 38.
 const DEARER: f64 = 1.3;
 const DEARER_M: f64 = 400.0;
 
-/// What a way on the fine plan is taken to cost, as a share of what it does on the coarse one: more, for the rivers and turns
-/// that this leaves out. With 1.1 a search looks at 6 to 8 in 10 of the nodes that it looks at with 0.8, for ways that cost 1 in
-/// 100 more.
+/// Expected ratio of a route's cost on the fine plan to its cost on the coarse one: above 1 for the rivers and turns
+/// that the coarse plan leaves out. With 1.1 a search looks at 6 to 8 in 10 of the nodes that it looks at with 0.8, for
+/// routes that cost 1 in 100 more.
 const EXPECTED: f64 = 1.1;
 
-/// Fine nodes from a coarse one of the corridor to the furthest that a road may touch, beside its own width: those that
-/// [belong](Corridor::holds) to it, and half of the longest move between two of them.
+/// Number of fine nodes from a coarse node of the corridor to the furthest node that the middle of a road may touch:
+/// those that [belong](Corridor::holds) to the corridor, and half of the longest move between two of them.
 const TOUCHED: i64 = 3;
 
-/// The coarse plan as roads of a class see it.
+/// The coarse plan as roads of one class see it.
 pub(super) struct CoarseGround<'a> {
     window: &'a Window,
     scale: &'a Scale,
     standard: &'a Standard,
-    /// By node, row by row: metres up a metre east and south.
+    /// Gradient of each node, row by row: metres up a metre east and south.
     gradient: Vec<[f64; 2]>,
-    /// How bad it is to walk on, 0 to 1.
+    /// Roughness of the ground at each node, 0 to 1: see [`wander`].
     wander: Vec<f64>,
-    /// Whether it is too far from any shore for a bridge.
+    /// For each node, true if it is too far from every shore for a bridge to reach it.
     is_closed: Vec<bool>,
 }
 
 impl<'a> CoarseGround<'a> {
-    /// The land of a window of the coarse plan.
+    /// Creates the ground from a window of the coarse plan.
     pub fn new(window: &'a Window, scale: &'a Scale, standard: &'a Standard, seed: u64) -> CoarseGround<'a> {
-        // By fine nodes, of which two lie as far apart: the searches there find the same places bad.
+        // Sampled at fine nodes, two of which make a coarse step, so that the coarse and the fine search find the same
+        // ground rough.
         let fine = |[x, y]: PlanNode| [2 * (x + window.at[0]), 2 * (y + window.at[1])];
         CoarseGround {
             window,
@@ -62,7 +64,7 @@ impl<'a> CoarseGround<'a> {
         }
     }
 
-    /// What the move from one node to another costs, about.
+    /// Estimates the cost of the move from one node to another.
     fn cost(&self, from: PlanNode, to: PlanNode) -> u32 {
         let length_m = apart(from, to) * self.scale.step_m();
         let rise_m = self.window.height_m(to) - self.window.height_m(from);
@@ -79,8 +81,9 @@ impl<'a> CoarseGround<'a> {
         (cost_m * EXPECTED * UNIT) as u32
     }
 
-    /// What ways from one node to all that are held cost, row by row, as far as they cost no more than is told to be the most
-    /// once `end` has been come to.
+    /// Returns the costs of the cheapest routes from `from` to all nodes that `holds` admits, row by row, by Dijkstra's
+    /// algorithm. Once `end` is reached at some cost, the search goes on only up to the cost that `most` returns for
+    /// it.
     fn spread(
         &self,
         from: PlanNode,
@@ -121,13 +124,13 @@ impl<'a> CoarseGround<'a> {
     }
 }
 
-/// By node, whether there is open water so many nodes around it, row by row.
+/// Returns for each node, row by row, whether open water covers all nodes within `nodes` of it.
 fn far_from_shores(window: &Window, nodes: i64) -> Vec<bool> {
     let mut far = vec![false; window.cols * window.rows];
     if !window.has_open_water() {
         return far;
     }
-    // The nodes to the nearest shore, as a king walks: so many rounds of neighbours.
+    // Steps of a king on a chessboard to the nearest shore, found by as many rounds over the neighbours.
     let mut shore: Vec<i64> = window.nodes().map(|node| i64::from(window.water(node).is_open()) * i64::MAX).collect();
     let (cols, rows) = (window.cols as i64, window.rows as i64);
     for round in 1..=nodes {
@@ -147,21 +150,21 @@ fn far_from_shores(window: &Window, nodes: i64) -> Vec<bool> {
     far
 }
 
-/// The nodes of the coarse plan by which the road between two sites may go.
+/// The nodes of the coarse plan through which the road between two sites may go.
 #[derive(Debug)]
 pub(super) struct Corridor {
-    /// The first of them, and how many there are in a row and in a column.
+    /// The first node of the bounding box of all nodes, and the size of that box.
     at: PlanNode,
     cols: i64,
     rows: i64,
-    /// Row by row.
+    /// For each node of the bounding box, row by row, whether it belongs to the corridor.
     inside: Vec<bool>,
 }
 
 heap_bytes!(Corridor: inside);
 
 impl Corridor {
-    /// The corridor between two nodes of a window, if there is a way.
+    /// Finds the corridor between two nodes of a window. `None` if there is no route.
     pub fn new(ground: &CoarseGround, [from, to]: [PlanNode; 2]) -> Option<Corridor> {
         let window = ground.window;
         let ellipse = Ellipse::new([from, to]);
@@ -187,26 +190,26 @@ impl Corridor {
         Some(Corridor { at: [0, 1].map(|axis| low[axis] + window.at[axis]), cols, rows, inside })
     }
 
-    /// The first fine node that it may be asked about, and past the last one, along each axis.
+    /// Returns the first fine node that the corridor may be asked about, and the one past the last, along each axis.
     pub fn fine_bounds(&self) -> [PlanNode; 2] {
         let margin = TOUCHED + 1;
         let past = [self.cols, self.rows];
         [self.at.map(|at| 2 * at - margin), [0, 1].map(|axis| 2 * (self.at[axis] + past[axis] - 1) + margin + 1)]
     }
 
-    /// Whether a coarse node of the world is one of it.
+    /// True if a coarse node of the world belongs to the corridor.
     fn is_inside(&self, node: PlanNode) -> bool {
         let [col, row] = [0, 1].map(|axis| node[axis] - self.at[axis]);
         let is_known = (0..self.cols).contains(&col) && (0..self.rows).contains(&row);
         is_known && self.inside[(row * self.cols + col) as usize]
     }
 
-    /// Whether a fine node of the world belongs to it: one of the coarse nodes around does.
+    /// True if a fine node of the world belongs to the corridor: one of the coarse nodes around it does.
     pub fn holds(&self, node: PlanNode) -> bool {
         around(node).into_iter().any(|node| self.is_inside(node))
     }
 
-    /// Whether a node from column and row `low` to `high` of the fine plan lies less than so many nodes from one of it.
+    /// True if a fine node in columns and rows `low` to `high` lies less than `nodes` fine nodes from the corridor.
     pub fn comes_near(&self, low: PlanNode, high: PlanNode, nodes: i64) -> bool {
         let first = [0, 1].map(|axis| (low[axis] - nodes).div_euclid(2).max(self.at[axis]));
         let counts = [self.cols, self.rows];
@@ -214,36 +217,37 @@ impl Corridor {
         (first[1]..=last[1]).any(|row| (first[0]..=last[0]).any(|col| self.is_inside([col, row])))
     }
 
-    /// Whether its road, and what lies so many fine nodes beside that, may touch a node from column and row `low` to `high`.
+    /// True if the road, or ground within `beside` fine nodes of it, may touch a fine node in columns and rows `low` to
+    /// `high`.
     pub fn may_touch(&self, low: PlanNode, high: PlanNode, beside: i64) -> bool {
         self.comes_near(low, high, TOUCHED + beside)
     }
 
-    /// Whether what is known of the nodes from column and row `low` to `high` may be asked for.
+    /// True if the search may query the land at the fine nodes in columns and rows `low` to `high`.
     pub fn looks_at(&self, low: PlanNode, high: PlanNode) -> bool {
         self.comes_near(low, high, TOUCHED + 1)
     }
 }
 
-/// The coarse nodes around a fine one, some of them twice.
+/// Returns the coarse nodes around a fine one. Some occur twice.
 fn around(node: PlanNode) -> [PlanNode; 4] {
     let [left, above] = node.map(|at| at.div_euclid(2));
     let [right, below] = node.map(|at| (at + 1).div_euclid(2));
     [[left, above], [right, above], [left, below], [right, below]]
 }
 
-/// What is left to pay from the nodes of a corridor to its end, about.
+/// Estimated costs from the nodes of a corridor to its end: the heuristic of the search on the fine plan.
 pub(super) struct Outlook {
-    /// The first coarse node, and how many there are in a row and in a column.
+    /// The first coarse node of the window, and the size of the window.
     at: PlanNode,
     cols: i64,
     rows: i64,
-    /// Row by row.
+    /// Estimated cost of each coarse node, row by row.
     costs: Vec<u32>,
 }
 
 impl Outlook {
-    /// What is left to pay to a node of a window, within a corridor.
+    /// Estimates the costs to a node of a window from all nodes of a corridor.
     pub fn new(ground: &CoarseGround, corridor: &Corridor, to: PlanNode) -> Outlook {
         let window = ground.window;
         let holds = |[x, y]: PlanNode| corridor.is_inside([x + window.at[0], y + window.at[1]]);
@@ -251,7 +255,8 @@ impl Outlook {
         Outlook { at: window.at, cols: window.cols as i64, rows: window.rows as i64, costs }
     }
 
-    /// What is left from a fine node of the world, or [`FORBIDDEN`]: the mean of what is left from the coarse ones around it.
+    /// Returns the estimated cost from a fine node of the world to the end: the mean over the coarse nodes around it
+    /// whose cost is known, or [`FORBIDDEN`] if there is none.
     pub fn to_go(&self, node: PlanNode) -> u32 {
         let costs = around(node).map(|node| {
             let [col, row] = [0, 1].map(|axis| node[axis] - self.at[axis]);

@@ -1,8 +1,9 @@
-//! Junctions: where roads would lie on each other there is one, of the class that ranks highest, and the others end on it.
+//! Junctions: where several roads would lie on each other, only the one that ranks highest stays, and the others end on
+//! it.
 //!
-//! Each road is cut where it comes upon one that ranks above it, as that has been cut by those above it in turn. What is
-//! left are parts, from one junction to the next, whose ends lie on the middle of the road that they join, at its level.
-//! The parts of a road are a function of it and of the roads above it whose ways may come near it, whoever asks.
+//! Each road is cut where it meets one that ranks above it, after that one has been cut by those above it in turn. The
+//! parts that are left reach from one junction to the next, and end on the middle of the road that they join, at its
+//! level. They are a function of the road and of the roads above it that may come near it, whatever area is asked for.
 
 use std::cmp::Reverse;
 use std::ops::{Range, RangeInclusive};
@@ -17,25 +18,26 @@ use crate::places::plan_land::Scale;
 use crate::places::profile::pinned_at_ends;
 use crate::places::settings::PlacesSettings;
 
-/// Metres between the edges of two roads that are so near that they are one, and vertices.
+/// Distance between the edges of two roads, in metres and in vertices, within which they become one. The smaller holds.
 // Chosen by eye. Roads on both banks of a river are further apart, however narrow it is.
 const BESIDE_M: f64 = 12.0;
 const BESIDE_VERTICES: f64 = 1.2;
 
-/// Steps of the plan that a road may be away from one that it leaves and comes back to, and the length of that way: a
-/// second road would serve nobody. Chosen by eye.
+/// Farthest that a road may stray from another one that it leaves and comes back to, and greatest length of that
+/// stretch, both in steps of the plan: such a detour is left out, since a second road there would serve nobody. Chosen
+/// by eye.
 const ASIDE: f64 = 1.0;
 const ASIDE_LENGTH: f64 = 8.0;
 
-/// Points that a road goes on for, beside the one that it joins, until it ends there: so it does not end across it.
-/// Chosen by eye.
+/// Number of points that a road goes on beside the one that it joins before it ends there, so that it merges with the
+/// other instead of ending across it. Chosen by eye.
 const AHEAD: usize = 3;
 
-/// Metres of height between two roads of which one is carried over the other, at least: vehicles are up to 4 m high (Council
-/// Directive 96/53/EC), and need some air.
+/// Least height in metres between two roads of which one is carried over the other: vehicles are up to 4 m high
+/// (Council Directive 96/53/EC), and need some headroom.
 const OVER_M: f64 = 4.5;
 
-/// The rank of a road among those of a world, by class and then by id: the least ranks highest.
+/// Returns the rank of a road in its world, by class and then by id. The smallest value ranks highest.
 pub(super) fn rank(road: &Line) -> (Reverse<RoadClass>, LineId) {
     (Reverse(class(road)), road.id)
 }
@@ -44,23 +46,23 @@ fn class(road: &Line) -> RoadClass {
     road.class.expect("places make roads only")
 }
 
-/// Vertices that a part may lie outside of the bounds of its road, for it ends on another one.
+/// Vertices by which a part may reach beyond the bounds of its road, since it ends on the middle of another one.
 pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
     (touch_m([settings.widest_m() / 2.0; 2], spacing_m) / spacing_m) as i64 + 2
 }
 
-/// Vertices from a road within which others are looked for: a detour's, or those that wide roads touch.
+/// Vertices around a road within which others are looked for: as far as a detour may stray, or as wide roads touch.
 fn aside(scale: &Scale, settings: &PlacesSettings) -> i64 {
     ((ASIDE * scale.step as f64) as i64).max(reach(settings, scale.spacing_m))
 }
 
-/// The areas around a road's pieces in which other roads matter to its parts.
+/// Returns the areas around a road's pieces in which other roads matter to its parts.
 pub(super) fn areas(road: &Line, scale: &Scale, settings: &PlacesSettings) -> Vec<Area> {
     let pad = 2 * aside(scale, settings) as usize;
     road.points.chunks(CHUNK).map(|points| lines::bounds(road.origin, points, 0.0).padded(pad)).collect()
 }
 
-/// The parts of a road, given those that rank above it, from the highest on.
+/// Returns the parts of a road, given the roads that rank above it, in order from the highest rank on.
 pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &PlacesSettings) -> Vec<Line> {
     let hull =
         areas(road, scale, settings).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
@@ -73,33 +75,33 @@ pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &
     network.parts(road)
 }
 
-/// Metres from the middle of one road to that of another from which on they are one.
+/// Returns the distance in metres between the middles of two roads within which they are one.
 fn touch_m(half_widths_m: [f64; 2], spacing_m: f64) -> f64 {
     half_widths_m[0] + half_widths_m[1] + BESIDE_M.min(BESIDE_VERTICES * spacing_m)
 }
 
-/// The roads of an area, cut already.
+/// The roads of an area that have been cut already.
 struct RoadNetwork<'a> {
     scale: &'a Scale,
     settings: &'a PlacesSettings,
     area: Area,
     pieces: Vec<Piece>,
-    /// By which the pieces near a place are found.
+    /// Spatial index of the pieces.
     buckets: Buckets,
 }
 
 /// A piece of a road. Places are in metres from the network's corner.
 struct Piece {
     line: LineSegment,
-    /// Level at its start, and what that changes by to its end.
+    /// Level in metres at the start of the piece, and its change to the end.
     level_m: [f64; 2],
     half_width_m: f64,
     carrier: Option<StructureKind>,
-    /// The road that it is of.
+    /// The road that the piece belongs to.
     course: LineId,
 }
 
-/// A place on a road, nearest to another place.
+/// The point of a road that is nearest to a given place.
 #[derive(Clone, Copy)]
 struct Foot {
     at: [f64; 2],
@@ -109,10 +111,10 @@ struct Foot {
     course: LineId,
 }
 
-/// Points of a road around which others are looked for at a time.
+/// Number of a road's points that share one area in which other roads are looked for.
 const CHUNK: usize = 64;
 
-/// Vertices a side of a bucket.
+/// Side of a bucket in vertices.
 const BUCKET: i64 = 16;
 
 impl<'a> RoadNetwork<'a> {
@@ -122,7 +124,8 @@ impl<'a> RoadNetwork<'a> {
         RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets }
     }
 
-    /// Metres from the network's corner to a point of a road. The whole numbers are exact, so that it is the same anywhere.
+    /// Returns a road's point in metres from the network's corner. The difference of the whole numbers is exact, so
+    /// that the result has the same precision anywhere in the world.
     fn place_m(&self, fixed: [i64; 2]) -> [f64; 2] {
         let corner = [self.area.x0, self.area.y0];
         [0, 1].map(|axis| (fixed[axis] - corner[axis] * FIXED) as f64 * (self.scale.spacing_m / FIXED as f64))
@@ -132,12 +135,12 @@ impl<'a> RoadNetwork<'a> {
         road.points.iter().map(|point| self.place_m(road.fixed(point))).collect()
     }
 
-    /// Metres within which pieces are found.
+    /// Returns the distance in metres within which pieces are found.
     fn aside_m(&self) -> f64 {
         aside(self.scale, self.settings) as f64 * self.scale.spacing_m
     }
 
-    /// The column and row of the bucket that a place in metres lies in.
+    /// Returns the column and row of the bucket that a place in metres lies in.
     fn bucket(&self, at_m: [f64; 2]) -> [i64; 2] {
         at_m.map(|at_m| (at_m / (BUCKET as f64 * self.scale.spacing_m)).floor() as i64)
     }
@@ -159,9 +162,10 @@ impl<'a> RoadNetwork<'a> {
         }
     }
 
-    /// The nearest place on any piece that will do. Of equals it is that of the highest rank.
+    /// Finds the nearest point on any piece that `will_do` accepts. On a tie the piece of the road with the highest
+    /// rank wins.
     fn foot(&self, at: [f64; 2], will_do: impl Fn(&Piece, &Foot) -> bool) -> Option<Foot> {
-        // Past the edge are none that matter.
+        // No piece outside the network's area matters.
         let near = self.buckets.at(self.bucket(at)).iter();
         let feet = near.map(|number| &self.pieces[*number as usize]).map(|piece| {
             let (share, square) = piece.line.nearest(at);
@@ -174,7 +178,7 @@ impl<'a> RoadNetwork<'a> {
         feet.reduce(|best, foot| if foot.distance_m < best.distance_m { foot } else { best })
     }
 
-    /// The parts of a road that do not lie on those that are in the network, in the order of its points.
+    /// Returns the parts of a road that do not lie on roads of the network, in the order of the road's points.
     fn parts(&self, road: &Line) -> Vec<Line> {
         let places = self.places_m(road);
         let feet: Vec<Option<Foot>> = (0..places.len()).map(|index| self.touched(road, index, places[index])).collect();
@@ -191,7 +195,7 @@ impl<'a> RoadNetwork<'a> {
         parts
     }
 
-    /// The place on a road of the network that a point of another one lies on, if it does.
+    /// Finds the point of the network that a road's point lies on. `None` if the road keeps clear of all others there.
     fn touched(&self, road: &Line, index: usize, at: [f64; 2]) -> Option<Foot> {
         let (point, carrier) = (&road.points[index], road.carrier(index));
         let is_off = |carrier| matches!(carrier, Some(StructureKind::Bridge | StructureKind::Tunnel));
@@ -202,7 +206,7 @@ impl<'a> RoadNetwork<'a> {
         })
     }
 
-    /// Whether a way leaves a road for a little, only to come back to it.
+    /// True if a stretch leaves a road only to come back to the same road soon, without going far from it.
     fn is_detour(&self, places: &[[f64; 2]], ends: [Option<Foot>; 2]) -> bool {
         let [Some(before), Some(after)] = ends else { return false };
         let piece_m = |pair: &[[f64; 2]]| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
@@ -212,14 +216,15 @@ impl<'a> RoadNetwork<'a> {
         before.course == after.course && length_m <= ASIDE_LENGTH * self.scale.step_m() && places.iter().all(is_near)
     }
 
-    /// The part of a road that holds some of its points, and ends on others.
+    /// Makes the part of a road that keeps the points `own` and ends on other roads at `ends`.
     fn part(&self, road: &Line, own: RangeInclusive<usize>, ends: [Option<Foot>; 2], part: u32) -> Line {
         let LineId::Road { from, to, .. } = road.id else { unreachable!("places make roads only") };
         let (first, last) = (*own.start(), *own.end());
         let start = ends[0].and_then(|foot| self.end_on(foot, road, first, first.saturating_sub(AHEAD)..first));
         let end = ends[1].and_then(|foot| self.end_on(foot, road, last, last + 1..last + 1 + AHEAD));
         let mut own: Vec<_> = own.map(|index| (road.points[index], road.carrier(index))).collect();
-        // A structure carries the way between two of its points, so what carries an end carries the point beside it.
+        // A structure carries the pieces between two of its points, so the point beside an end needs the end's carrier
+        // too.
         for (beside, joined) in [(0, &start), (own.len() - 1, &end)] {
             own[beside].1 = carrier_at_joint(own[beside].1, joined.and_then(|(_, carrier)| carrier));
         }
@@ -228,7 +233,7 @@ impl<'a> RoadNetwork<'a> {
         let levels_m: Vec<f64> = points.iter().map(|point| point.level_m).collect();
         let grade = self.settings.standard(class(road)).profile_grade();
         for (point, level_m) in points.iter_mut().zip(pinned_at_ends(&lengths_m, &levels_m, grade)) {
-            // As precise as heights are.
+            // Rounded to `f32`, the precision of heights in tiles.
             point.level_m = f64::from(level_m as f32);
             point.floor_m = point.level_m;
         }
@@ -247,8 +252,8 @@ impl<'a> RoadNetwork<'a> {
         }
     }
 
-    /// The point at which a part of a road ends on another one, past its point `beside`, and what carries it; none where the
-    /// two are one. `next` are the points that the road itself goes on with.
+    /// Returns the point at which a part of a road ends on another road, past the part's point `beside`, and what
+    /// carries it; `None` if that point is `beside` itself. `next` are the points with which the uncut road goes on.
     fn end_on(
         &self,
         foot: Foot,
@@ -260,23 +265,23 @@ impl<'a> RoadNetwork<'a> {
         let from_corner = fixed(foot.at.map(|at_m| at_m / self.scale.spacing_m));
         let place = [0, 1].map(|axis| corner[axis] as f64 + from_corner[axis] as f64 / FIXED as f64);
         let point = LinePoint { place, level_m: foot.level_m, floor_m: foot.level_m, ..road.points[beside] };
-        // What carries the road, would have carried it next, or carries the other road there, does so as far as that.
+        // A structure of the road at this point or just ahead, or of the other road there, goes on as far as the joint.
         let carrier = road.carrier(beside).or_else(|| next.find_map(|index| road.carrier(index)));
         (place != road.points[beside].place).then(|| (point, carrier_at_joint(carrier, foot.carrier)))
     }
 }
 
-/// What carries a road where it joins another, given what would carry each of them there.
+/// Returns what carries a road where it joins another one, given what would carry each of the two there.
 fn carrier_at_joint(own: Option<StructureKind>, joined: Option<StructureKind>) -> Option<StructureKind> {
     match (own, joined) {
-        // The water that the other one goes through is in the way of both: the tunnel begins beyond.
+        // The ford's water lies in the way of both roads, so the tunnel begins beyond it.
         (Some(StructureKind::Tunnel), Some(StructureKind::Ford)) => joined,
         _ => own.or(joined),
     }
 }
 
-/// The place where a road joins that beside which its next points lie: some points ahead, but not past the middle of them,
-/// since it may only cross the other.
+/// Returns the joint of a road with the road that its `next` points lie on: a few points ahead, but not past the middle
+/// of those points, since the road may only cross the other one.
 fn joint<'a>(next: impl Iterator<Item = &'a Option<Foot>>) -> Option<Foot> {
     let beside: Vec<Foot> = next.map_while(|foot| *foot).collect();
     beside.get((beside.len().saturating_sub(1) / 2).min(AHEAD - 1)).copied()

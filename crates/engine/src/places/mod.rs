@@ -1,27 +1,28 @@
-//! Settlements, their names, and the roads between them: each a pure function of the seed, the settings and lattice ids.
+//! Settlements, their names, and the roads between them: pure functions of the seed, the settings and lattice ids.
 //!
 //! ```text
-//! Survey --> plan_land.rs heights, waters and rivers on the nodes of two plans: the fine one's are about 64 m apart, the
-//!             |           coarse one's twice as far; remembered by blocks
+//! Survey --> plan_land.rs heights, waters and rivers on the nodes of two plans, cached by blocks: fine nodes are about
+//!             |           64 m apart, coarse nodes twice as far
 //!             |
-//!          site.rs     coarse: the best of 40 hashed positions of each site cell: suitability.rs
-//!             |                                                                  crate::names  what it is called
+//!          site.rs     coarse: the best of 40 hashed positions of each site cell, by suitability.rs;
+//!             |        crate::names gives each settlement its name
 //!             |
-//!          graph.rs    which sites are neighbours: the Gabriel graph, 2 site cells at most
+//!          graph.rs    pairs of neighbours: the Gabriel graph, with edges of 2 site cells at most
 //!             |
-//!          corridor.rs coarse: where the road between two neighbours may go, and what is left to pay from there, about
+//!          corridor.rs coarse: where the road between two neighbours may go, and estimated costs from there to its end
 //!             |
-//!          route.rs    fine: the way of least cost within the corridor
-//!             |          move_cost.rs, turn_cost.rs  what it costs; route_land.rs  the land that it sees
-//!          build.rs    a line along that way:
-//!             |          alignment.rs  rounded, spans.rs  carried over waters, levels.rs, profile.rs  given heights,
-//!             |          bridging.rs   carried over dips and bored through ridges
-//!          junction.rs   cut where it would lie on a road that ranks above it
+//!          route.rs    fine: the route of least cost within the corridor
+//!             |          move_cost.rs, turn_cost.rs  its cost; route_land.rs  the land that the search sees
+//!          build.rs    a line along that route:
+//!             |          alignment.rs  rounded corners; spans.rs  bridges and fords; levels.rs, profile.rs  heights;
+//!             |          bridging.rs   viaducts over dips and tunnels through ridges
+//!          junction.rs the parts of the road: it is cut where it would lie on one that ranks above it
 //! ```
 //!
-//! Nothing depends on the area that is asked for, on what was asked before, on threads or on what is remembered. A road
-//! is a function of its two sites and of the land in the ellipse around them, of which its corridor is a part; whether it is there at all, of the sites
-//! within two cells; and what is left of it, of those above it whose ellipses it enters, as they are before they are cut.
+//! Nothing depends on the area that is asked for, on earlier queries, on threads or on the caches. A road is a function
+//! of its two sites and of the land in the ellipse around them, of which its corridor is a part. Whether there is a
+//! road depends on the sites within two cells. The parts that are left of a road depend on the uncut roads that rank
+//! above it and whose ellipses it enters.
 
 mod alignment;
 mod bridging;
@@ -66,12 +67,12 @@ use crate::places::settings::PlacesSettings;
 use crate::places::site::{Seat, Site, SiteClass};
 use crate::recipe::fault::KeyPath;
 
-/// Cells of a square that may have its first town.
+/// Number of the luckiest cells of a square in which its first town is looked for.
 const CHIEFS: usize = 3;
 
-/// Settlements and roads of a world. What has been found is remembered for a while, which changes nothing but time.
+/// Settlements and roads of a world. Results are cached, which changes nothing but time.
 ///
-/// One land belongs to it: all questions must be asked with the same.
+/// A value belongs to one land: all queries must pass the same one.
 #[derive(Debug)]
 pub struct Places {
     settings: PlacesSettings,
@@ -81,13 +82,13 @@ pub struct Places {
     sites: Memory<SiteId, Option<Arc<Site>>>,
     edges: Memory<(SiteId, SiteId), bool>,
     corridors: Memory<(SiteId, SiteId), Option<Corridor>>,
-    /// Roads as they are before others cut them, and what is left of them.
+    /// Roads before others cut them. `parts` are what is left of them.
     roads: Memory<(SiteId, SiteId), Option<Arc<Line>>>,
     parts: Memory<(SiteId, SiteId), Lines>,
 }
 
 impl Places {
-    /// The places of a world with `spacing_m` metres between vertices.
+    /// Creates the places of a world with `spacing_m` metres between vertices.
     ///
     /// # Errors
     /// When a value of the settings is out of its range.
@@ -98,8 +99,8 @@ impl Places {
             settings: settings.clone(),
             seed,
             plans: Plans::new(scale),
-            // Room for some ten thousand cells and pairs, and for some three hundred roads of 500 points of 48 bytes, which is
-            // more than one tile asks about.
+            // Room for about ten thousand cells and pairs, and for about three hundred roads of 500 points of 48 bytes:
+            // more than one tile needs.
             seats: Memory::new(2 << 20),
             sites: Memory::new(1 << 20),
             edges: Memory::new(1 << 20),
@@ -109,7 +110,7 @@ impl Places {
         })
     }
 
-    /// Its memories.
+    /// Returns the caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
         let own: [&dyn Remembers; 6] =
             [&self.seats, &self.sites, &self.edges, &self.corridors, &self.roads, &self.parts];
@@ -121,25 +122,26 @@ impl Places {
         self.plans.fine.scale.side * self.plans.fine.scale.step
     }
 
-    /// The site cell that a vertex lies in, which names of things there are asked for with.
+    /// Returns the site cell that a vertex lies in. Names of things there are looked up by it.
     pub fn cell(&self, at: [i64; 2]) -> SiteId {
         let [i, j] = at.map(|at| at.div_euclid(self.site_side()));
         SiteId { i, j }
     }
 
-    /// Vertices from the middle between two neighbours to the furthest vertex that their road may have an effect on, at most.
+    /// Largest distance in vertices from the midpoint of two neighbours to any vertex that their road may have an
+    /// effect on.
     pub fn reach(&self) -> i64 {
         let Scale { step, spacing_m, .. } = self.plans.coarse.scale;
         let effect = (self.settings.effect_m() / spacing_m) as i64;
         self.widest_radius() * step + effect + 2 + junction::reach(&self.settings, spacing_m)
     }
 
-    /// Nodes of the coarse plan from the middle of the widest ellipse to its furthest, at most.
+    /// Returns the largest radius, in coarse nodes, of the ellipse of any road.
     fn widest_radius(&self) -> i64 {
         Ellipse::radius((graph::CELLS * self.plans.coarse.scale.side) as f64) as i64 + 1
     }
 
-    /// All settlements that stand on a vertex of `area`, sorted by id.
+    /// Returns all settlements that stand on a vertex of `area`, sorted by id.
     pub fn sites(&self, land: &dyn Survey, area: &Area) -> Vec<Arc<Site>> {
         let seats = self.seats_of_cells(land, self.cells(area, 0)).filter(|seat| area.contains(&seat.area()));
         let mut sites: Vec<Arc<Site>> = seats.filter_map(|seat| self.site(land, seat.id)).collect();
@@ -147,9 +149,10 @@ impl Places {
         sites
     }
 
-    /// The first town of a square of so many site cells, by its column and row: of the luckiest cells, of which a few are looked at.
+    /// Returns the first town of a square of `side` x `side` site cells, given by its column and row. Only the luckiest
+    /// cells of the square are looked at, and the luckiest that has a town wins.
     ///
-    /// Of the land only that is made where these cells are: so a map of a continent can have towns.
+    /// Only the land around these cells is computed, so even a map of a continent can have towns.
     pub fn chief(&self, land: &dyn Survey, [x, y]: [i64; 2], side: i64) -> Option<Arc<Site>> {
         let cells = (y * side..(y + 1) * side).flat_map(|j| (x * side..(x + 1) * side).map(move |i| SiteId { i, j }));
         let luck = |id| site::town_luck(&self.settings, self.seed, id).map(|luck| (luck, id));
@@ -160,12 +163,12 @@ impl Places {
         self.site(land, town)
     }
 
-    /// All roads whose effect may touch a vertex of `area`, whole, sorted by id.
+    /// Returns all roads whose effect may touch a vertex of `area`, whole, sorted by id.
     pub fn roads(&self, land: &dyn Survey, area: &Area) -> Lines {
         if area.is_empty() {
             return Vec::new();
         }
-        // What is left of a road may lie a little beside it.
+        // The parts of a road may reach a little beyond its bounds.
         let wide = area.padded(junction::reach(&self.settings, self.plans.fine.scale.spacing_m) as usize);
         let mut roads = Vec::new();
         for (a, b) in self.edges(land, &[wide]) {
@@ -177,7 +180,7 @@ impl Places {
         roads
     }
 
-    /// What is left of a road beside those that rank above it.
+    /// Returns the parts of a road that are left once the roads that rank above it have cut it.
     fn parts(&self, land: &dyn Survey, road: &Line) -> Lines {
         let rank = junction::rank(road);
         let may_rank_above = |(a, b): &(Seat, Seat)| {
@@ -192,16 +195,18 @@ impl Places {
         junction::parts(road, &above, &self.plans.fine.scale, &self.settings).into_iter().map(Arc::new).collect()
     }
 
-    /// The neighbours whose road may have an effect on a vertex of one of some areas before it is cut, the smaller first.
+    /// Returns the pairs of neighbours whose uncut road may have an effect on a vertex of any of the areas, each with
+    /// the smaller id first.
     fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Seat, Seat)> {
         let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
-        // No site of an edge is further from a place in its ellipse.
+        // No place in the ellipse of a road is more cells than this away from either of its sites.
         let side = self.plans.coarse.scale.side;
         let cells = self.widest_radius() / side + 1 + graph::CELLS;
         let mut edges = Vec::new();
         for first in self.cells(&hull, cells) {
             for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
-                // Most pairs of cells are too far off wherever their sites are, which cost more to find than all of this.
+                // Most pairs of cells are too far apart wherever their sites stand. This test is cheaper than finding
+                // the sites.
                 let [a, b] = [first, second].map(|id| site::positions(id, &self.plans.fine.scale));
                 if !self.may_touch([a, b], areas) {
                     continue;
@@ -225,8 +230,8 @@ impl Places {
         edges
     }
 
-    /// Whether a site that is nearer to `hull` than a cell keeps another one from being a neighbour of any in that cell: for
-    /// most that are far off that is so, and they need not be found.
+    /// True if a third site, in a cell nearer to `hull` than `cell`, separates `site` from any site in `cell`. That
+    /// holds for most cells that are far off, so that their sites need not be found.
     fn is_separated(&self, land: &dyn Survey, site: &Seat, cell: Area, hull: Area) -> bool {
         let is_nearer = |id: &SiteId| {
             let own = site::positions(*id, &self.plans.fine.scale);
@@ -236,7 +241,7 @@ impl Places {
         self.seats_of_cells(land, between).any(|third| graph::separates_all(&third, site, cell))
     }
 
-    /// The settlement of a site cell, if it has one.
+    /// Returns the settlement of a site cell, if it has one.
     pub fn site(&self, land: &dyn Survey, id: SiteId) -> Option<Arc<Site>> {
         let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plans.fine.scale, land));
         let site = self.sites.get(id, || self.seat(land, id).map(settled));
@@ -247,13 +252,13 @@ impl Places {
         *self.seats.get(id, || site::seat(&self.settings, self.seed, &self.plans, land, id))
     }
 
-    /// The road between two neighbours before others cut it, if there is a way, and if it may touch one of some areas.
+    /// Returns the uncut road between two neighbours, if there is a route and if the road may touch any of the areas.
     fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat, areas: &[Area]) -> Option<Arc<Line>> {
         let builder = Builder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey: land };
         let corridor = self.corridors.get((a.id, b.id), || builder.corridor(a, b));
         let corridor = corridor.as_ref().as_ref()?;
         let Scale { step, spacing_m, .. } = self.plans.fine.scale;
-        // The bounds of a road are a rectangle with a few vertices to spare.
+        // The bounds of a road are a rectangle with a margin of a few vertices.
         let beside = (self.settings.effect_m() / spacing_m) as i64 / step + 2;
         let may_touch = |area: &Area| {
             let [low, high] = [[area.x0, area.y0], [area.x1 - 1, area.y1 - 1]].map(|at| self.plans.fine.scale.node(at));
@@ -265,8 +270,8 @@ impl Places {
         self.roads.get((a.id, b.id), || builder.road(a, b, corridor).map(Arc::new)).as_ref().clone()
     }
 
-    /// Whether the ellipse of a road between a vertex of one area and one of another, and its effect, may touch one of some
-    /// others.
+    /// True if the ellipse of a road from a vertex of `a` to one of `b`, widened by the road's effect, may touch any of
+    /// the areas.
     fn may_touch(&self, [a, b]: [Area; 2], areas: &[Area]) -> bool {
         let Scale { step, spacing_m, .. } = self.plans.coarse.scale;
         let cap = (graph::CELLS * self.site_side()) as f64;
@@ -274,15 +279,16 @@ impl Places {
         if apart[0] > cap {
             return false;
         }
-        // The bounds of a road are a rectangle with a few vertices to spare.
+        // The bounds of a road are a rectangle with a margin of a few vertices.
         let reach = self.settings.effect_m() / spacing_m + 8.0;
         let axis = Ellipse::axis(apart[1].min(cap) / step as f64) * step as f64;
-        // The places nearest to the two may differ, so the sum is too small if anything: no road is missed, though
-        // some are looked at in vain. Twice to each corner of its bounds.
+        // The two distances may be measured to different vertices of the area, so their sum may be too small but never
+        // too large: no road is missed, though some are looked at in vain. The reach counts four times: for both
+        // distances, each to a corner of the road's bounds.
         areas.iter().any(|area| way_by(*area, [a, b]) <= axis + 4.0 * reach)
     }
 
-    /// Whether two sites within the cap are neighbours in the graph.
+    /// True if two sites within the cap are neighbours in the graph.
     fn are_neighbours(&self, land: &dyn Survey, a: &Seat, b: &Seat) -> bool {
         *self.edges.get((a.id.min(b.id), a.id.max(b.id)), || {
             // The circle over the edge lies within half an edge of its middle.
@@ -297,7 +303,7 @@ impl Places {
         cells.filter_map(move |id| self.seat(land, id))
     }
 
-    /// The site cells that hold a vertex of `area`, and `more` around them, row by row.
+    /// Returns the site cells that hold a vertex of `area`, and `more` cells around them, row by row.
     fn cells(&self, area: &Area, more: i64) -> impl Iterator<Item = SiteId> + use<> {
         let side = self.site_side();
         let span = |from: i64, to: i64| from.div_euclid(side) - more..(to - 1).div_euclid(side) + 1 + more;
@@ -305,23 +311,24 @@ impl Places {
         span(area.y0, area.y1).flat_map(move |j| columns.clone().map(move |i| SiteId { i, j }))
     }
 
-    /// The site cells up to `more` from one, row by row.
+    /// Returns the site cells at most `more` columns and rows from one, row by row.
     fn cells_around(&self, id: SiteId, more: i64) -> impl Iterator<Item = SiteId> + use<> {
         self.cells(&Area::new(id.i * self.site_side(), id.j * self.site_side(), 1, 1), more)
     }
 }
 
-/// Vertices from an area to another one and on to a third, at least, as the crow flies.
+/// Returns a lower bound, in vertices, of the way from one of two areas by `area` to the other.
 fn way_by(area: Area, ends: [Area; 2]) -> f64 {
     ends.map(|end| (nearest2(end, area) as f64).sqrt()).iter().sum()
 }
 
-/// The square of the vertices from one area to the next vertex of another, 0 where they touch.
+/// Returns the square of the least distance, in vertices, between a vertex of one area and one of another; 0 where they
+/// overlap.
 fn nearest2(a: Area, b: Area) -> i128 {
     graph::length2([(b.x0 - a.x1 + 1).max(a.x0 - b.x1 + 1).max(0), (b.y0 - a.y1 + 1).max(a.y0 - b.y1 + 1).max(0)])
 }
 
-/// The square of the vertices from a vertex of one area to one of another, at most.
+/// Returns the square of the greatest distance, in vertices, between a vertex of one area and one of another.
 fn furthest2(a: Area, b: Area) -> i128 {
     graph::length2([(b.x1 - 1 - a.x0).max(a.x1 - 1 - b.x0), (b.y1 - 1 - a.y0).max(a.y1 - 1 - b.y0)])
 }

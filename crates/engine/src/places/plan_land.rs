@@ -1,4 +1,5 @@
-//! The coarse lattice on which places are planned, and the land on it, block by block.
+//! The lattice of nodes on which settlements and roads are planned, fine and coarse, and the land on it, block by
+//! block.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,93 +10,94 @@ use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// A node of the plan: column and row, from the world's origin or from a window's first node.
+/// A node of the plan: column and row, counted from the world's origin or from a window's first node.
 pub(super) type PlanNode = [i64; 2];
 
-/// How far apart things are looked at. All lengths are whole vertices, and sites lie on nodes of the plan.
+/// Distances at which the land is sampled. All are whole numbers of vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     /// Metres between vertices.
     pub spacing_m: f64,
-    /// Vertices from a node of the plan to the next.
+    /// Vertices from one node of the plan to the next.
     pub step: i64,
-    /// Vertices from a point of a planned road to the next.
+    /// Vertices from one point of a planned road to the next.
     pub apart: i64,
-    /// Vertices from a node to the next of the land that is asked about along a planned road.
-    // Twice as far as its points: a quarter of the land, which is all that a profile sees of its gullies.
+    /// Vertices from one sample of the land along a planned road to the next.
+    // Twice the distance of the road's points: it takes a quarter of the land, and a profile sees no more of the
+    // gullies anyway.
     pub fine: i64,
-    /// Nodes a side of a site cell.
+    /// Nodes along a side of a site cell.
     pub side: i64,
 }
 
-/// Metres between nodes of the plan, at most. Chosen by eye: half of it is the least that a curve has to turn in, enough for an
-/// arc of a track by 145 degrees.
+/// Largest distance in metres between nodes of the plan. Chosen by eye: half of it is the least room that a curve has
+/// to turn in, enough for a track to turn by 145 degrees.
 const STEP_M: f64 = 80.0;
 
 impl Scale {
     pub fn new(site_m: f64, spacing_m: f64) -> Scale {
         // Few nodes would make poor plans, and many would take much memory: a search holds 256 bytes for each of up to
-        // 550 x 550, of which there are so many only for the longest edges.
+        // 550 x 550 nodes. The longest edges alone need so many.
         let most_m = STEP_M.min(site_m / 32.0).max(site_m / 64.0);
         let mut step = 1;
         while (step * 2) as f64 * spacing_m <= most_m {
             step *= 2;
         }
-        // Even, so that half as many are a side of the same length.
+        // Even, so that the coarse plan has half as many nodes along the same side.
         let side = 2 * (site_m / (2 * step) as f64 / spacing_m + 0.5) as i64;
         Scale { spacing_m, step, apart: (step / 8).max(1), fine: (step / 4).max(1), side }
     }
 
-    /// That of nodes twice as far apart.
+    /// Returns the scale with nodes twice as far apart.
     pub fn doubled(self) -> Scale {
         Scale { step: 2 * self.step, side: self.side / 2, ..self }
     }
 
-    /// Metres between nodes.
+    /// Returns the distance in metres between nodes.
     pub fn step_m(&self) -> f64 {
         self.step as f64 * self.spacing_m
     }
 
-    /// The vertex of a node.
+    /// Returns the vertex of a node.
     pub fn vertex(&self, node: PlanNode) -> [i64; 2] {
         node.map(|at| at * self.step)
     }
 
-    /// The node of a vertex, or the next one north-west of it.
+    /// Returns the node at a vertex, or the next node north-west of it.
     pub fn node(&self, vertex: [i64; 2]) -> PlanNode {
         vertex.map(|at| at.div_euclid(self.step))
     }
 
-    /// A length in metres in 1/256 vertex.
+    /// Converts a length in metres to 1/256 vertex.
     pub fn fixed_length(&self, metres: f64) -> f64 {
         metres / self.spacing_m * FIXED as f64
     }
 
-    /// A node in 1/256 vertex.
+    /// Returns the place of a node in 1/256 vertex.
     pub fn fixed(&self, node: PlanNode) -> [i64; 2] {
         self.vertex(node).map(|at| at * FIXED)
     }
 }
 
-/// Nodes a side of a block of land that is remembered.
+/// Side of a cached block of land in nodes.
 const BLOCK: i64 = 16;
 
-/// Bytes of blocks that are remembered: more than the largest search looks at, which has 550 x 550 nodes of 5 bytes.
+/// Bytes of cached blocks: more than the largest search looks at, which covers 550 x 550 nodes of 5 bytes.
 const REMEMBERED: usize = 6 << 20;
 
-/// The plans of a world.
+/// The fine and the coarse plan of a world.
 #[derive(Debug)]
 pub(super) struct Plans {
-    /// That on which ways are searched.
+    /// The plan on which routes are searched.
     pub fine: PlanLand,
-    /// That on which seats and corridors are looked for: its nodes are twice as far apart, and dry brooks are not known.
+    /// The plan on which seats and corridors are found: its nodes are twice as far apart, and it leaves out dry brooks.
     pub coarse: PlanLand,
-    /// The rivers of both.
+    /// The rivers, for both plans.
     pub rivers: PlanRivers,
 }
 
 impl Plans {
-    /// Those of a world with such a fine plan.
+    /// Creates the plans of a world from the scale of the fine one.
     pub fn new(scale: Scale) -> Plans {
         let coarse = scale.doubled();
         Plans {
@@ -105,17 +107,17 @@ impl Plans {
         }
     }
 
-    /// Their memories.
+    /// Returns the caches.
     pub fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.fine.blocks, &self.coarse.blocks, &self.rivers.squares]
     }
 }
 
-/// The land on the nodes of the plan, remembered block by block.
+/// The land on the nodes of a plan, cached block by block.
 #[derive(Debug)]
 pub(super) struct PlanLand {
     pub scale: Scale,
-    /// How finely it is surveyed.
+    /// The sampling of the survey: distance of nodes, and whether dry brooks are included.
     sampling: Sampling,
     blocks: Memory<(i64, i64), PlanBlock>,
 }
@@ -131,15 +133,15 @@ heap_bytes!(PlanBlock: heights_m, waters);
 /// The land on a rectangle of nodes.
 #[derive(Debug)]
 pub(super) struct Window {
-    /// The first node. In a window others are counted from it.
+    /// The first node, in the world. The nodes of a window are counted from it.
     pub at: PlanNode,
     pub cols: usize,
     pub rows: usize,
-    /// A height a node, row by row.
+    /// The height of each node in metres, row by row.
     heights_m: Vec<f32>,
     /// The water on each node, row by row.
     waters: Vec<WaterKind>,
-    /// Each piece that touches the rectangle once, sorted.
+    /// The river pieces that touch the rectangle, and some around it, each once, sorted.
     pub rivers: Vec<RiverPiece>,
 }
 
@@ -149,8 +151,8 @@ impl PlanLand {
         PlanLand { scale, sampling, blocks: Memory::new(REMEMBERED) }
     }
 
-    /// The land on `cols` x `rows` nodes from node `at` on, in those blocks of nodes that will be looked at; elsewhere it is
-    /// level and dry.
+    /// Returns the land on `cols` x `rows` nodes from node `at` on. Only the blocks of nodes that `is_looked_at`
+    /// accepts are surveyed; the rest is level and dry.
     pub fn window(
         &self,
         land: &dyn Survey,
@@ -188,7 +190,7 @@ impl PlanLand {
         for square in squares {
             window.rivers.extend(rivers.of(land, square).iter());
         }
-        // Squares that a piece lies in both have it.
+        // A piece that touches several squares is listed by each of them.
         window.rivers.sort_by_key(RiverPiece::key);
         window.rivers.dedup_by_key(|piece| piece.key());
         window
@@ -206,36 +208,36 @@ impl PlanLand {
     }
 }
 
-/// The rivers of the land, remembered by squares.
+/// The rivers of the land, cached by squares.
 #[derive(Debug)]
 pub(super) struct PlanRivers {
-    /// Vertices a side of a square.
+    /// Side of a square in vertices.
     side: i64,
     squares: Memory<(i64, i64), Vec<RiverPiece>>,
 }
 
 impl PlanRivers {
-    /// Those of a world with such a coarse plan: in squares of four of its blocks, since rivers are bent into a square from far
-    /// around.
+    /// Creates the cache for a world with such a coarse plan. A square is as large as four blocks of the plan, since
+    /// the bends of a river in a square depend on land far around it.
     fn new(scale: &Scale) -> PlanRivers {
         PlanRivers { side: 2 * scale.step * BLOCK, squares: Memory::new(REMEMBERED) }
     }
 
-    /// The squares that an area lies in.
+    /// Returns the squares that an area overlaps.
     fn squares(&self, area: Area) -> impl Iterator<Item = (i64, i64)> + use<> {
         let side = self.side;
         let span = move |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
         span(area.y0, area.y1).flat_map(move |y| span(area.x0, area.x1).map(move |x| (x, y)))
     }
 
-    /// The pieces that touch a square.
+    /// Returns the river pieces that touch a square.
     fn of(&self, land: &dyn Survey, (x, y): (i64, i64)) -> Arc<Vec<RiverPiece>> {
         let side = self.side as usize;
         self.squares.get((x, y), || land.rivers(&Area::new(x * self.side, y * self.side, side, side)))
     }
 }
 
-/// Copies the nodes of `part`.
+/// Copies the nodes of `part` from one row-by-row raster to another.
 fn copy<T: Copy>(from: &[T], from_area: Area, to: &mut [T], to_area: Area, part: Area) {
     let at = |area: Area, y: i64| (y - area.y0) as usize * area.width() + (part.x0 - area.x0) as usize;
     let len = part.width();
@@ -246,47 +248,48 @@ fn copy<T: Copy>(from: &[T], from_area: Area, to: &mut [T], to_area: Area, part:
 }
 
 impl Window {
-    /// A node of the world as one of the window.
+    /// Converts a node of the world to a node of the window.
     pub fn inner(&self, [x, y]: PlanNode) -> PlanNode {
         [x - self.at[0], y - self.at[1]]
     }
 
-    /// Whether a node lies in the window.
+    /// True if a node lies in the window.
     pub fn holds(&self, [col, row]: PlanNode) -> bool {
         (0..self.cols as i64).contains(&col) && (0..self.rows as i64).contains(&row)
     }
 
-    /// The number of a node, row by row.
+    /// Returns the index of a node, row by row.
     pub fn index(&self, [col, row]: PlanNode) -> usize {
         row as usize * self.cols + col as usize
     }
 
-    /// The node of a number.
+    /// Returns the node at an index.
     pub fn node(&self, index: usize) -> PlanNode {
         [(index % self.cols) as i64, (index / self.cols) as i64]
     }
 
-    /// All nodes, row by row.
+    /// Returns all nodes, row by row.
     pub fn nodes(&self) -> impl Iterator<Item = PlanNode> {
         (0..self.cols * self.rows).map(|index| self.node(index))
     }
 
-    /// The height of a node in metres.
+    /// Returns the height of a node in metres.
     pub fn height_m(&self, node: PlanNode) -> f64 {
         self.heights_m[self.index(node)] as f64
     }
 
-    /// The water at a node; what is outside is dry.
+    /// Returns the water at a node; nodes outside the window are dry.
     pub fn water(&self, node: PlanNode) -> WaterKind {
         if self.holds(node) { self.waters[self.index(node)] } else { WaterKind::Dry }
     }
 
-    /// Whether there is a lake or the sea on any node.
+    /// True if any node lies in a lake or the sea.
     pub fn has_open_water(&self) -> bool {
         self.waters.iter().any(|water| water.is_open())
     }
 
-    /// The steepness at a node from its neighbours, metres up a metre east and south; 0 across the window's edge.
+    /// Returns the gradient at a node from its neighbours, metres up a metre east and south; 0 across the window's
+    /// edge.
     pub fn gradient(&self, [col, row]: PlanNode, step_m: f64) -> [f64; 2] {
         let rise = |a: PlanNode, b: PlanNode| match self.holds(a) && self.holds(b) {
             true => (self.height_m(b) - self.height_m(a)) / (2.0 * step_m),

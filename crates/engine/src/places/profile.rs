@@ -1,54 +1,59 @@
-//! The heights of a road: near the land's, never steeper than allowed.
+//! The heights of a road: close to the land's, and never steeper than allowed.
 //!
-//! A function is no steeper than g if it rises by no more than g times the distance between any two points: g is its
-//! Lipschitz constant. The highest such function under the land and the lowest above it are found in two sweeps each; their mean is one, too, and cuts
-//! about as much as it fills. So is any such function after it has been clamped between two others. At last dips that lie
-//! in cuttings are raised, where water would stand.
+//! A function is no steeper than g if its values at any two points differ by at most g times their distance: g is its
+//! Lipschitz constant. Two sweeps each find the highest such function below the land and the lowest one above it. Their
+//! mean is such a function too, and cuts about as much as it fills. Clamping such a function between two others again
+//! gives one. At last dips in cuttings are raised, since water would stand in them.
 
-/// What a road's heights must keep to, point by point.
+/// The limits of a road's heights at each of its points.
 #[derive(Debug)]
 #[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
 pub(super) struct Demands {
-    /// Metres from a point to the next.
+    /// Metres from each point to the next.
     pub lengths_m: Vec<f64>,
     /// Heights of the land.
     pub land_m: Vec<f64>,
-    /// Heights that the road should have.
+    /// Wished heights of the road.
     pub wished_m: Vec<f64>,
-    /// Heights that it must not be under.
+    /// Lower limits of the heights.
     pub least_m: Vec<f64>,
-    /// Heights that it must not be over.
+    /// Upper limits of the heights.
     pub most_m: Vec<f64>,
 }
 
-/// Points to each side over which the wished heights are averaged, twice. Chosen by eye.
-// Once would leave corners where the window meets a step; the second time rounds them.
+/// Number of points to each side over which the wished heights are averaged, twice. Chosen by eye.
+// One average leaves corners where its window meets a step; the second one rounds them.
 const SMOOTHING: usize = 3;
 
 impl Demands {
-    /// The heights of a road that keeps to the demands and is nowhere steeper than `grade`, if there is one.
+    /// Returns the heights of a road that keeps the limits and is nowhere steeper than `grade`, or `None` if there are
+    /// none.
     pub fn profile(&self, grade: f64) -> Option<Vec<f64>> {
         let swept = |values: &[f64], grade, extreme| swept(&self.lengths_m, values.to_vec(), grade, extreme);
         let most_m = swept(&self.most_m, grade, f64::min);
         let least_m = swept(&self.least_m, -grade, f64::max);
-        // Swept, the bounds tell what each point asks of all others: where they cross, no profile of this grade exists.
+        // The sweeps spread the limit of each point to all others. Where the swept limits cross, no profile of this
+        // grade exists.
         if most_m.iter().zip(&least_m).any(|(most_m, least_m)| least_m > most_m) {
             return None;
         }
-        // This moves the ends off their sites, too; the bounds, which are exact there, take them back below.
+        // Smoothing moves the ends off their sites too. The limits fix the heights there, so the clamping below moves
+        // them back.
         let wished_m = smoothed(&self.wished_m);
         let under_m = swept(&wished_m, grade, f64::min);
         let above_m = swept(&wished_m, -grade, f64::max);
         let mean_m = under_m.iter().zip(&above_m).map(|(under_m, above_m)| f64::midpoint(*under_m, *above_m));
-        // By the swept bounds, which are no steeper than the grade; clamped to the demands themselves it could jump.
+        // Clamped to the swept limits, which are no steeper than the grade: clamped to the bare limits the profile
+        // could jump.
         Some(self.drained(clamped(mean_m, &least_m, &most_m), &most_m, grade))
     }
 
-    /// Levels without dips in cuttings, where water would stand: what lies under the land there is raised to the dip's
-    /// lower end, or to the land if that is lower, as far as the bounds and the grade let it.
+    /// Fills dips in cuttings, where water would stand: a level under the land is raised to the lower end of the dip,
+    /// or to the land if that is lower, as far as the limits and the grade allow.
     fn drained(&self, levels_m: Vec<f64>, most_m: &[f64], grade: f64) -> Vec<f64> {
         let land_m = smoothed(&self.land_m);
-        // Water from a point runs off over the lower one of the highest points to each side.
+        // Water at a point runs off over the lower one of two sills: the highest level before the point, and the
+        // highest after.
         let highest = |most_m: &mut f64, z: &f64| {
             *most_m = most_m.max(*z);
             Some(*most_m)
@@ -61,15 +66,15 @@ impl Demands {
             levels_m[index].max(sill_m.min(land_m[index]).min(most_m[index]))
         };
         let raised_m = swept(&self.lengths_m, (0..levels_m.len()).map(raised).collect(), grade, f64::min);
-        // The levels are no steeper than the grade, so it takes back no more than was added, but for rounding.
+        // The levels are no steeper than the grade, so the sweep takes back no more than was added, but for rounding.
         levels_m.iter().zip(raised_m).map(|(z, raised_m)| z.max(raised_m)).collect()
     }
 }
 
-/// At each point the extreme of all points' values, each moved by `grade` times the distance. `lengths_m` are the metres
-/// from each point to the next.
+/// Returns at each point the extreme over all points of their values plus `grade` times their distance. `lengths_m` are
+/// the metres from each point to the next.
 pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme: fn(f64, f64) -> f64) -> Vec<f64> {
-    // One sweep each way reaches every point, since they lie in a row. What is infinite asks for nothing and stays so.
+    // The points lie in a row, so one sweep each way reaches all. Infinite values mean no limit, and stay infinite.
     for index in 1..values.len() {
         values[index] = extreme(values[index], values[index - 1] + grade * lengths_m[index - 1]);
     }
@@ -79,8 +84,8 @@ pub(super) fn swept(lengths_m: &[f64], mut values: Vec<f64>, grade: f64, extreme
     values
 }
 
-/// The levels given, bent as little as keeps them within the grade of those at both ends. Ends too far apart for the grade are
-/// both missed by the same.
+/// Bends the levels as little as the grade from both ends demands. If the ends are too far apart in height for the
+/// grade, both are missed by the same amount.
 pub(super) fn pinned_at_ends(lengths_m: &[f64], levels_m: &[f64], grade: f64) -> Vec<f64> {
     let last = levels_m.len() - 1;
     let length_m: f64 = lengths_m.iter().sum();
@@ -97,12 +102,12 @@ pub(super) fn pinned_at_ends(lengths_m: &[f64], levels_m: &[f64], grade: f64) ->
     clamped(levels_m.iter().copied(), &least_m, &most_m)
 }
 
-/// Levels between the least and the most of each point.
+/// Clamps the levels between the lower and the upper limits of their points.
 fn clamped(levels_m: impl Iterator<Item = f64>, least_m: &[f64], most_m: &[f64]) -> Vec<f64> {
     levels_m.zip(least_m.iter().zip(most_m)).map(|(z, (least, most))| z.max(*least).min(*most)).collect()
 }
 
-/// Values averaged over the points around each, twice.
+/// Averages the values over the points around each, twice.
 fn smoothed(values: &[f64]) -> Vec<f64> {
     let averaged = |values: &[f64]| -> Vec<f64> {
         let around = |index: usize| {
@@ -160,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_road_has_no_dip_in_a_cutting() {
-        // Down the grade to a ridge, which it goes through, and over a river behind that.
+        // Down to a ridge, through it in a cutting, and then over a river.
         let land = |i: usize| if (40..70).contains(&i) { 20.0 } else { 0.0 };
         let mut cut = demands((0..121).map(land).collect());
         for i in 0..121 {

@@ -1,4 +1,4 @@
-//! What an author says about settlements and roads.
+//! The settings of a preset for settlements and roads.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,8 @@ use crate::recipe::form;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlacesSettings {
-    /// Side in metres of a site cell, which holds one settlement at most, 200 to 40,000 and 32 `spacing_m` or more. Default: 4000.
+    /// Side in metres of a site cell, which holds one settlement at most, 200 to 40,000 and 32 `spacing_m` or more.
+    /// Default: 4000.
     #[schemars(range(min = 200, max = 40000))]
     pub site_m: f64,
     /// Share of the cells with good land that are settled, 0 to 1; poor land has fewer. Default: 0.85.
@@ -30,17 +31,17 @@ pub struct PlacesSettings {
     /// The smallest radius of a curve in metres, 1 to 500. Default: [12, 25, 60].
     #[schemars(inner(range(min = 1, max = 500)))]
     pub radius_m: [f64; 3],
-    /// Width in metres of the widest river that is forded, 0 to 50; wider ones have bridges. Default: [8, 3, 0].
+    /// Width in metres of the widest river that is forded, 0 to 50; wider rivers have bridges. Default: [8, 3, 0].
     #[schemars(inner(range(min = 0, max = 50)))]
     pub ford_m: [f64; 3],
     /// Length in metres of the longest bridge over water, 0 to 2000, and of the longest dip or ridge that a road goes
     /// straight over or through; where a bank would be too high, a viaduct may be longer. Default: [80, 160, 320].
     #[schemars(inner(range(min = 0, max = 2000)))]
     pub bridge_m: [f64; 3],
-    /// Metres from the water to a bridge, 0.5 to 50. Default: 2.
+    /// Clearance in metres between the water and a bridge, 0.5 to 50. Default: 2.
     #[schemars(range(min = 0.5, max = 50))]
     pub clearance_m: f64,
-    /// Metres from a road's edge to where nothing of its cuts and fills is left, 1 to 200. Default: 32.
+    /// Metres from a road's edge to the end of its cuts and fills, 1 to 200. Default: 32.
     #[schemars(range(min = 1, max = 200))]
     pub bank_m: f64,
 }
@@ -62,14 +63,15 @@ impl Default for PlacesSettings {
     }
 }
 
-/// Share of the maximum grade that profiles are made with; the rest is for rounding to 1/256 vertex and to `f32`.
+/// Share of the maximum grade up to which profiles are built. The rest is a reserve for rounding to 1/256 vertex and to
+/// `f32`.
 const GRADE_SHARE: f64 = 0.995;
 
-/// Vertices a site cell must have to each side: with fewer there is nothing to plan on.
+/// Least number of vertices along a side of a site cell: with fewer there is too little land to plan on.
 const LEAST_SIDE: f64 = 32.0;
 
 impl PlacesSettings {
-    /// Refuses what is out of its range, at the key where it stands.
+    /// Returns an error at the key of the first value that is out of its range.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
         form::check(self, path)?;
         if self.site_m < LEAST_SIDE * spacing_m {
@@ -84,17 +86,17 @@ impl PlacesSettings {
         Ok(())
     }
 
-    /// Metres from edge to edge of the widest roads.
+    /// Returns the full width in metres of the widest roads.
     pub(super) fn widest_m(&self) -> f64 {
         self.width_m.into_iter().fold(0.0, f64::max)
     }
 
-    /// Metres from the middle of the widest roads to where nothing of their cuts and fills is left.
+    /// Returns the distance in metres from the middle of the widest roads to the end of their cuts and fills.
     pub(super) fn effect_m(&self) -> f64 {
         self.widest_m() / 2.0 + self.bank_m
     }
 
-    /// The widths, grades, curves and crossings of roads of a class.
+    /// Returns the dimensions of roads of a class: width, grade, curves and crossings.
     pub(super) fn standard(&self, class: RoadClass) -> Standard {
         let index = class as usize;
         Standard {
@@ -107,7 +109,7 @@ impl PlacesSettings {
     }
 }
 
-/// What is asked of roads of one class: see [`PlacesSettings`].
+/// The dimensions that roads of one class keep, see [`PlacesSettings`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Standard {
     pub width_m: f64,
@@ -118,7 +120,7 @@ pub(super) struct Standard {
 }
 
 impl Standard {
-    /// The steepest grade that profiles are made with.
+    /// Returns the steepest grade up to which profiles are built.
     pub fn profile_grade(&self) -> f64 {
         self.max_grade * GRADE_SHARE
     }

@@ -1,4 +1,4 @@
-//! Where a road is carried over waters, or goes through them: its bridges and fords.
+//! Bridges and fords: the spans of a road that cross water.
 
 use std::ops::RangeInclusive;
 
@@ -8,63 +8,64 @@ use crate::places::alignment::Alignment;
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::Standard;
 
-/// Vertices from a river's middle that are wet in rasters, however narrow it is: of 32,159 wet vertices of rivers narrower than
-/// 1.2 vertices in a bake of `alps`, 996 in 1000 lie as near, and 985 within 1.4.
+/// Distance in vertices from a river's middle within which rasters show water, however narrow the river is: of 32,159
+/// wet vertices of rivers narrower than 1.2 vertices in a bake of `alps`, 996 in 1000 lie as near, and 985 within 1.4.
 const DRAWN_VERTICES: f64 = 1.8;
 
-/// Metres from a narrow river that a road keeps because of it at most: on a coarse lattice valleys would be closed to roads.
-/// Chosen by eye.
+/// Cap in metres on the distance that `DRAWN_VERTICES` keeps roads from narrow rivers: without it a coarse lattice
+/// would close valleys to roads. Chosen by eye.
 const DRAWN_MOST_M: f64 = 40.0;
 
-/// Metres from a river's edge to where a bridge rests. Chosen by eye.
+/// Distance in metres from a river's edge to the point where a bridge rests on land. Chosen by eye.
 pub(super) const REST_M: f64 = 1.0;
 
-/// How many times longer than straight across a crossing is at most: what is longer goes along the river, in its bed.
-// A way crosses at 30 degrees at the flattest, which makes it twice as long; its rounded line may turn there.
+/// Largest ratio of a crossing's length to the width of the water: a longer crossing runs along the river, in its bed.
+// Routes cross at 30 degrees at the flattest, which makes the crossing twice as long; the rounded line may turn there.
 const SLANTING: f64 = 2.5;
 
-/// Points of a line that are carried over water.
+/// A run of points of a line that a bridge or a ford carries over water.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub first: usize,
     pub last: usize,
     /// A bridge or a ford.
     pub kind: StructureKind,
-    /// Height in metres of the highest river beneath; of lakes and the sea none is known.
+    /// Height in metres of the highest river beneath; `None` over lakes and the sea, whose height is unknown.
     river_m: Option<f64>,
 }
 
 impl Span {
-    /// The height in metres of the water's surface, given those of the land at the line's points.
+    /// Returns the height in metres of the water's surface, given the heights of the land at the line's points.
     pub fn water_m(&self, heights_m: &[f64]) -> f64 {
         let (from_m, to_m) = (heights_m[self.first], heights_m[self.last]);
-        // Near the sea a river's line may be told to lie far above the land that the sea has worn down.
+        // Near the sea a river's line may be far too high above land that the sea has worn down, so the banks cap its
+        // level.
         self.river_m.map_or(from_m.min(to_m), |river_m| river_m.min(from_m.max(to_m)))
     }
 }
 
-/// The rivers that a piece of a line crosses.
+/// The rivers that one piece of a line crosses.
 #[derive(Clone, Copy)]
 struct Crossed {
-    /// Width in metres of the widest.
+    /// Width in metres of the widest river.
     width_m: f64,
-    /// Height in metres of the highest's surface.
+    /// Height in metres of the highest surface.
     level_m: f64,
 }
 
 /// The waters on a line.
 struct Wetness<'a> {
     waters: &'a [WaterKind],
-    /// Whether each point lies in a river.
+    /// For each point, true if it lies in a river.
     inside: Vec<bool>,
-    /// Whether each point lies in or beside any water, so that no bridge can rest there.
+    /// For each point, true if it lies in or beside any water, so that no bridge can rest there.
     over: Vec<bool>,
-    /// For each piece what it crosses.
+    /// For each piece, the rivers that it crosses.
     crossed: Vec<Option<Crossed>>,
 }
 
-/// Where a line is carried over water, from its start on, or the points that run along a river. `waters` are what its points
-/// lie in.
+/// Finds the spans of a line over water, from its start on. `waters` has the water at each point. The error lists
+/// points that cannot be spanned, most of which run along a river.
 pub(super) fn spans(
     line: &Alignment,
     rivers: &RiverIndex,
@@ -80,10 +81,10 @@ pub(super) fn spans(
         let span = if run[0] { wetness.span(line, from..=to, standard)? } else { None };
         let Some(span) = span else { continue };
         match spans.last_mut() {
-            // Two that touch are one.
+            // Spans that touch are merged.
             Some(before) if before.last + 1 >= span.first => {
                 before.last = span.last;
-                // A bridge does for a ford, but no ford for a bridge.
+                // A bridge can replace a ford, but not the other way round.
                 before.kind = if before.kind == span.kind { span.kind } else { StructureKind::Bridge };
                 before.river_m = before.river_m.into_iter().chain(span.river_m).reduce(f64::max);
             }
@@ -97,7 +98,7 @@ impl Wetness<'_> {
     fn new<'a>(line: &Alignment, rivers: &RiverIndex, waters: &'a [WaterKind]) -> Wetness<'a> {
         let spacing_m = line.scale.spacing_m;
         let fixed_m = spacing_m / FIXED as f64;
-        // Where rivers meet or widen they are drawn wider than their lines are.
+        // Where rivers meet or widen, the raster shows more water than their lines and widths tell.
         let mut inside: Vec<bool> = waters.iter().map(|water| *water == WaterKind::River).collect();
         let mut over: Vec<bool> = waters.iter().map(|water| *water != WaterKind::Dry).collect();
         let mut crossed: Vec<Option<Crossed>> = vec![None; line.lengths_m.len()];
@@ -120,8 +121,8 @@ impl Wetness<'_> {
         Wetness { waters, inside, over, crossed }
     }
 
-    /// Which points are over water, or at the end of a piece that is. A crossed piece marks both of its points, so it never
-    /// lies between two runs.
+    /// Returns for each point whether it is over water or at an end of a piece that crosses a river. Such a piece marks
+    /// both of its points, so it never lies between two runs.
     fn marked(&self) -> Vec<bool> {
         let mut marked = self.over.clone();
         for (piece, _) in self.crossed.iter().enumerate().filter(|(_, crossed)| crossed.is_some()) {
@@ -130,8 +131,8 @@ impl Wetness<'_> {
         marked
     }
 
-    /// How a run of marked points is carried; none where it only lies near a river. An error where it lies in one, or cannot
-    /// be carried.
+    /// Returns the span of a run of marked points; `None` if the run only lies near a river. The error lists the run's
+    /// points if it lies in the river or cannot be spanned.
     fn span(
         &self,
         line: &Alignment,
@@ -142,13 +143,14 @@ impl Wetness<'_> {
         let (from, to, last) = (*run.start(), *run.end(), self.crossed.len());
         let under: Vec<Crossed> = self.crossed[from..to].iter().filter_map(|crossed| *crossed).collect();
         if under.is_empty() && !is_open(run.clone()) {
-            // Nothing is crossed, so it runs along a river: it may be near, but not in it.
+            // The run crosses nothing, so it goes along a river: it may be near the water, but not in it.
             return if self.inside[run.clone()].contains(&true) { Err(run.collect()) } else { Ok(None) };
         }
-        // A bridge rests on land: one point further where its last is still over the water.
+        // A bridge rests on land: where an end of the run is over the water, the span goes on to the next point.
         let (from, to) =
             (from.saturating_sub(usize::from(self.over[from])), (to + usize::from(self.over[to])).min(last));
-        // Its own pieces, and one to each side; what lies over a lake is as long as the way allows.
+        // The pieces of the crossing, without the one at each end. Crossings of lakes and the sea may be longer: the
+        // route has limited them.
         let drawn_m = |crossed: &Crossed| drawn_m(crossed.width_m, line.scale.spacing_m);
         let across_m: f64 = under.iter().map(|crossed| drawn_m(crossed) + 2.0 * REST_M).sum();
         let is_open = is_open(from..=to);
@@ -167,7 +169,7 @@ impl Wetness<'_> {
     }
 }
 
-/// Metres from bank to bank of a river in rasters, where a narrow one is wider than it is.
+/// Returns the width in metres of a river in rasters, which show narrow rivers wider than they are.
 pub(super) fn drawn_m(width_m: f64, spacing_m: f64) -> f64 {
     width_m.max(2.0 * (DRAWN_VERTICES * spacing_m).min(DRAWN_MOST_M))
 }

@@ -1,4 +1,5 @@
-//! How good a place is to live on: even and dry, near to water, where waters meet, sheltered and not high.
+//! Suitability of a place for a settlement: even and dry ground, near to water and to where waters meet, sheltered and
+//! not too high.
 
 use crate::geometry::length;
 use crate::land::WaterKind;
@@ -8,57 +9,57 @@ use crate::places::plan_land::{PlanNode, Scale, Window};
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
 
-/// Steepness that nobody builds on; the flatter, the better.
-// 14 degrees: terraces begin there. Chosen by eye.
+/// Slope above which nobody builds; the flatter, the better.
+// 14 degrees: steeper slopes need terraces. Chosen by eye.
 const STEEP: f64 = 0.25;
 
-/// Metres above the surface of the nearest river below which land is flooded: about what a river of some metres' depth rises
-/// by in the flood of a century. Chosen by eye.
+/// Height in metres above the surface of the nearest river up to which land is flooded: about the rise of a river a few
+/// metres deep in a hundred-year flood. Chosen by eye.
 const FLOOD_M: f64 = 2.0;
 
-/// Metres above the lowest land around from which on a place is not on the floor of a valley any more. Chosen by eye.
+/// Height in metres above the lowest land around from which on a place no longer counts as valley floor. Chosen by eye.
 const FLOOR_M: f64 = 150.0;
 
-/// Width in metres of a river from which on a settlement gains all that it can from its confluences and mouths. Chosen by eye:
-/// brooks meet everywhere, and few people live by that.
+/// Width in metres of a river above which its confluences and mouths count in full. Chosen by eye: brooks meet
+/// everywhere, and few people live by that.
 const WIDE_M: f64 = 5.0;
 
-/// Shares of dry land around a shore: that of a headland, which has no harbour, and that of a bay, which shelters one.
-// An even coast has a little more than a half, since settlements stand back from it.
+/// Shares of dry land around a shore: on a headland, which has no harbour, and in a bay, which shelters one.
+// A straight coast has a little more than half, since settlements stand back from the shore.
 const HEADLAND: f64 = 0.35;
 const BAY: f64 = 0.65;
 
-/// What the goods of a place weigh: even ground, water beside it, where waters meet, the floor of a valley, and not to be high.
+/// Weights of a place's merits: even ground, water nearby, a confluence or mouth, valley floor, and low altitude.
 /// Chosen by eye on maps; their sum is 1.
 const WEIGHTS: [f64; 5] = [0.25, 0.3, 0.2, 0.15, 0.1];
 
-/// Metres that matter about waters, chosen by eye; in small site cells they are shorter.
+/// Distances in metres to waters that matter, chosen by eye. Small site cells have shorter ones.
 #[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
 pub(super) struct WaterRange {
-    /// From the edge of a water to the middle of a settlement, at least.
+    /// Least distance from the edge of a water to the middle of a settlement.
     pub dry_m: f64,
-    /// From a water within which it is as good as at the door.
+    /// Distance up to which a water counts in full.
     near_m: f64,
-    /// From where waters meet to a settlement that lives by that.
+    /// Distance up to which a confluence or a mouth counts for a settlement.
     meet_m: f64,
-    /// From a water beyond which it is none.
+    /// Distance beyond which a water counts for nothing.
     pub far_m: f64,
 }
 
 impl WaterRange {
-    /// The metres that matter in site cells of a side of `site_m` metres.
+    /// Returns the distances for site cells with sides of `site_m` metres.
     pub fn new(site_m: f64) -> WaterRange {
         let part = (site_m / 4000.0).min(1.0);
         WaterRange { dry_m: 60.0 * part, near_m: 300.0 * part, meet_m: 500.0 * part, far_m: 1000.0 * part }
     }
 
-    /// How good it is to have a water so far off, 0 to 1.
+    /// Returns the merit of a water at a distance, 0 to 1.
     fn beside(&self, water_m: f64) -> f64 {
         ((self.far_m - water_m) / (self.far_m - self.near_m)).clamp(0.0, 1.0)
     }
 }
 
-/// How good a node is to live on, 0 to 1, or `None` where nobody could.
+/// Returns the suitability of a node for a settlement, 0 to 1, or `None` if nobody could live there.
 pub(super) fn suitability(
     settings: &PlacesSettings,
     range: &WaterRange,
@@ -71,7 +72,7 @@ pub(super) fn suitability(
     if height_m > settings.max_height_m {
         return None;
     }
-    // That of the place and its four neighbours, so that a settlement of some hundred metres finds room.
+    // The mean slope of the place and its four neighbours, so that a settlement of some hundred metres finds room.
     let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(|(dx, dy)| [at[0] + dx, at[1] + dy]);
     let sum: f64 = around.iter().map(|node| length(window.gradient(*node, scale.step_m()))).sum();
     let steepness = sum / around.len() as f64;
@@ -89,26 +90,26 @@ pub(super) fn suitability(
         range.beside(near.river_m).max(range.beside(near.shore_m) * sheltered),
         share(near.meet_m / WIDE_M),
         share(1.0 - (height_m - near.lowest_m) / FLOOR_M),
-        // High land is worth less from half of the highest on.
+        // Altitude costs worth from half of the greatest height on.
         share(2.0 - 2.0 * height_m / settings.max_height_m.max(1.0)),
     ];
     Some(goods.iter().zip(WEIGHTS).map(|(good, weight)| good * weight).sum())
 }
 
-/// What lies around a position.
+/// The surroundings of a position.
 struct Surroundings {
-    /// Metres to the nearest lake or sea, as far as it matters.
+    /// Metres to the nearest lake or sea, capped at the range that matters.
     shore_m: f64,
-    /// Metres to the edge of the nearest river, as far as it matters.
+    /// Metres to the edge of the nearest river, capped likewise.
     river_m: f64,
     /// Height in metres that the nearest river rises to in a flood.
     flood_m: f64,
-    /// Width in metres of the river that a confluence adds, or that flows into or out of a lake or the sea; 0 where there is
-    /// none.
+    /// Width in metres of the river that joins at a confluence, or that flows into or out of a lake or the sea; 0 if
+    /// there is none.
     meet_m: f64,
     /// Share of the nodes around that are dry.
     dry: f64,
-    /// Height in metres of the lowest of those.
+    /// Height in metres of the lowest dry node around.
     lowest_m: f64,
 }
 
@@ -116,7 +117,8 @@ impl Surroundings {
     fn new(window: &Window, rivers: &RiverIndex, scale: &Scale, at: PlanNode, range: &WaterRange) -> Surroundings {
         let sample_m = scale.step_m();
         let far = (range.far_m / sample_m) as i64;
-        // By nodes, since lakes and the sea are no lines; rivers, which may pass between nodes, by their pieces.
+        // Lakes and the sea are looked up by nodes, since they are no lines. Rivers are found by their pieces, since
+        // they may pass between nodes.
         let (mut shore2, mut lowest_m, mut dry, mut all) = ((far * far) as f64, f64::INFINITY, 0, 0);
         for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
             let (square, node) = (dx * dx + dy * dy, [at[0] + dx, at[1] + dy]);
@@ -137,7 +139,8 @@ impl Surroundings {
         let fixed_m = scale.spacing_m / FIXED as f64;
         let mut near = Vec::new();
         let (mut river_m, mut flood_m) = (range.far_m, f64::NEG_INFINITY);
-        // Those that come within the circle of a meeting, by the pieces that cross it: one that flows by does so twice.
+        // Widths of the river pieces that cross the circle of radius `meet_m`: a river that flows through crosses it
+        // twice, so a confluence shows as a third arm.
         let mut arms_m = Vec::new();
         for piece in rivers.around(place, &mut near) {
             let edge_m = piece.middle.distance2(place).sqrt() * fixed_m - piece.width_m / 2.0;

@@ -1,4 +1,4 @@
-//! What settlements and roads promise, on a land made for it: hills, lakes in their hollows, rivers in their valleys.
+//! Tests of settlements and roads on a synthetic land: hills, lakes in their hollows, rivers in their valleys.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -11,32 +11,34 @@ use crate::land::WaterKind;
 use crate::lines::{Built, FIXED, LineId, LinePoint, Structure, StructureKind};
 use crate::places::fixed::FixedSegment;
 
-/// A land without an end, the same at any distance.
+/// An endless land with the same features at any spacing of vertices.
 #[expect(clippy::struct_field_names, reason = "the unit is a part of the name")]
 struct TestLand {
     spacing_m: f64,
-    /// Metres from the lowest to the highest hill.
+    /// Scale of the hills' heights in metres.
     relief_m: f64,
-    /// Metres by which the levels of rivers are told too high.
+    /// Metres by which the reported levels of rivers are too high.
     lifted_m: f64,
-    /// Depth in metres of narrow gullies that run south, high over the rivers; of ridges where it is negative.
+    /// Depth in metres of narrow gullies that run south, high over the rivers; ridges if negative.
     gully_m: f64,
 }
 
-/// Metres from a river to the next, from a place that its line is told for to the next, and across its valley.
+/// Metres from one river to the next, length in metres of a river piece, and metres from a river to the edge of its
+/// valley.
 const RIVERS_M: f64 = 8000.0;
 const PIECE_M: f64 = 64.0;
 const VALLEY_M: f64 = 900.0;
 
-/// Metres from a pool of a river to the next, and by how much a river is wider there than its line says, to either side.
+/// Metres from one pool of a river to the next, and metres by which a pool is wider than the river's line says, on
+/// either side.
 const POOLS_M: f64 = 1500.0;
 const POOL_M: f64 = 30.0;
 
-/// Metres from a gully to the next, and from its middle to its rim.
+/// Metres from one gully to the next, and from a gully's middle to its rim.
 const GULLIES_M: f64 = 700.0;
 const GULLY_M: f64 = 24.0;
 
-/// Heights of the sea, of lakes and of rivers.
+/// Heights in metres of the sea, of lakes and of rivers.
 const SEA_M: f64 = 0.0;
 const LAKE_M: f64 = 120.0;
 const RIVER_M: f64 = 130.0;
@@ -46,7 +48,7 @@ impl TestLand {
         (metres / self.spacing_m) as i64
     }
 
-    /// Smooth noise from 0 to 1.
+    /// Returns smooth noise, 0 to 1.
     fn noise(&self, at: [i64; 2], wave_m: f64, number: u64) -> f64 {
         let wave = self.vertices(wave_m);
         let cell = at.map(|at| at.div_euclid(wave));
@@ -60,7 +62,7 @@ impl TestLand {
         north + (below - north) * south
     }
 
-    /// Smooth noise from 0 to 1 along a line.
+    /// Returns smooth noise along a line, 0 to 1.
     fn bends(&self, x: i64, wave_m: f64, band: i64) -> f64 {
         let wave = self.vertices(wave_m);
         let (cell, share) = (x.div_euclid(wave), x.rem_euclid(wave) as f64 / wave as f64);
@@ -69,18 +71,19 @@ impl TestLand {
         a + (b - a) * (share * share * (3.0 - 2.0 * share))
     }
 
-    /// The row of a river at a column.
+    /// Returns the row of a river at a column.
     fn river_y(&self, band: i64, x: i64) -> i64 {
         let off_m = self.bends(x, 5000.0, band) * 3000.0 + self.bends(x, 700.0, band) * 500.0;
         band * self.vertices(RIVERS_M) + self.vertices(off_m)
     }
 
-    /// Each third river is a brook.
+    /// Returns the width of a river in metres. Every third river is a brook.
     fn river_width_m(band: i64) -> f64 {
         [6.0, 35.0, 2.5][band.rem_euclid(3) as usize]
     }
 
-    /// Metres to the nearest river's middle, seen along a column, and that river.
+    /// Returns the distance in metres to the middle of the nearest river, measured along a column, and the number of
+    /// that river.
     fn river(&self, [x, y]: [i64; 2]) -> (f64, i64) {
         let band = y.div_euclid(self.vertices(RIVERS_M));
         let far = |band: i64| ((y - self.river_y(band, x)).abs() as f64 * self.spacing_m, band);
@@ -107,7 +110,7 @@ impl TestLand {
         hills_m + (floor_m - hills_m) * near
     }
 
-    /// Metres by which rivers are wider at a column than their lines say.
+    /// Returns the metres by which rivers at a column are wider, on either side, than their lines say.
     fn pool_m(&self, x: i64) -> f64 {
         let middle = (x.rem_euclid(self.vertices(POOLS_M)) as f64 * self.spacing_m - POOLS_M / 2.0).abs();
         if middle < POOLS_M / 12.0 { POOL_M } else { 0.0 }
@@ -167,17 +170,17 @@ fn places() -> Places {
     Places::new(&PlacesSettings::default(), SPACING_M, 7).expect("the defaults are sound")
 }
 
-/// 20 x 20 km.
+/// An area of 20 x 20 km.
 fn wide() -> Area {
     Area::new(-5000, 3000, 10_000, 10_000)
 }
 
-/// 8 x 8 km, where a brook and a lake are.
+/// An area of 8 x 8 km with a brook and a lake.
 fn near() -> Area {
     Area::new(1000, 5000, 4000, 4000)
 }
 
-/// All roads of a wide area, made once for the tests that look at roads.
+/// All roads of the wide area, built once for all tests that look at roads.
 fn roads() -> &'static [Arc<Line>] {
     static ROADS: OnceLock<Vec<Arc<Line>>> = OnceLock::new();
     ROADS.get_or_init(|| places().roads(&land(), &wide()))
@@ -186,11 +189,11 @@ fn roads() -> &'static [Arc<Line>] {
 #[test]
 fn windows_agree_whatever_was_asked_before() {
     let land = land();
-    // One of the three hardly remembers anything.
+    // `other` hardly caches anything.
     let forgetful = Places { sites: Memory::new(10_000), roads: Memory::new(1), ..places() };
     let (one, other, third) = (places(), forgetful, places());
     let [west, east] = [near(), Area { x0: 2500, x1: 6500, ..near() }];
-    // One is asked from the west, one from the east after something far off, one by four threads.
+    // `one` is asked for the west first, `other` for the east after an area far off, `third` by four threads.
     let from_west = [one.roads(&land, &west), one.roads(&land, &east)];
     other.roads(&land, &Area::new(9000, 9000, 300, 300));
     let east_first = other.roads(&land, &east);
@@ -238,14 +241,14 @@ fn settlements_stand_on_dry_and_even_land() {
     assert!(classes.iter().all(|count| *count > 10), "{classes:?}");
 }
 
-/// A plain where a river flows east through the middle of each site cell and a brook joins it there from the north. What lies
-/// within [`FLOODED_M`] of the river is no higher than its surface.
+/// A plain where a river flows east through the middle of each site cell and a brook joins it there from the north.
+/// Land within [`FLOODED_M`] of the river is no higher than its surface.
 struct Confluences;
 
 const FLOODED_M: f64 = 150.0;
 
 impl Confluences {
-    /// Vertices a side of a site cell, and from its edge to its middle.
+    /// Side of a site cell in vertices, and half of it.
     const SIDE: i64 = 1984;
     const MIDDLE: i64 = Self::SIDE / 2;
 }
@@ -294,24 +297,24 @@ fn settlements_stand_where_rivers_meet_and_above_their_floods() {
     assert!(near * 10 > sites.len() * 7, "{near} of {} settlements lie near a confluence", sites.len());
 }
 
-/// How well a road is built, as the index of lists of three.
+/// Returns the class of a road as an index of lists of three.
 fn class(road: &Line) -> usize {
     road.class.expect("a road between settlements has a class") as usize
 }
 
-/// The places of a road's points in 1/256 vertex.
+/// Returns the places of a road's points in 1/256 vertex.
 fn places_of(road: &Line) -> Vec<[i64; 2]> {
     road.points.iter().map(|point| road.fixed(point)).collect()
 }
 
-/// The vertices around a place at which the land is asked about under a road.
+/// Returns the vertices around a place at which the land under a road is sampled.
 fn asked(at: [i64; 2]) -> [[i64; 2]; 4] {
     let side = places().plans.fine.scale.fine;
     let [x, y] = at.map(|at| at.div_euclid(side * FIXED) * side);
     [[x, y], [x + side, y], [x, y + side], [x + side, y + side]]
 }
 
-/// The places and levels of all points of roads that the ground carries.
+/// Returns the places and levels of all points of roads that lie on the ground.
 fn on_ground(roads: &[Arc<Line>]) -> impl Iterator<Item = ([i64; 2], f64)> {
     roads.iter().flat_map(|road| {
         let points = road.points.iter().enumerate().filter(|(index, _)| road.carrier(*index).is_none());
@@ -342,7 +345,8 @@ fn roads_are_never_too_steep_and_end_at_their_sites_or_on_other_roads() {
                 assert_eq!(level_m as f32, site.height_m);
             } else if wide().contains(&Area::new(at[index][0].div_euclid(FIXED), at[index][1].div_euclid(FIXED), 1, 1))
             {
-                // Others have cut it there, which are known.
+                // Another road has cut it there. Near the edge of the area that road may be missing, so only ends
+                // inside are checked.
                 let (off_m, other) = nearest(road, at[index]).expect("another road is there");
                 assert!(off_m <= 2.0 * SPACING_M / FIXED as f64, "{} ends {off_m} m from {}", road.id, other.id);
                 joined += 1;
@@ -352,7 +356,7 @@ fn roads_are_never_too_steep_and_end_at_their_sites_or_on_other_roads() {
     assert!(joined > 10, "{joined} ends lie on other roads");
 }
 
-/// Metres from a place to the nearest of the other roads whose bounds hold it, and that.
+/// Returns the nearest of the other roads whose bounds hold a place, and the distance to it in metres.
 fn nearest(road: &Line, at: [i64; 2]) -> Option<(f64, &'static Line)> {
     let far_m = |other: &Line| {
         let ways = places_of(other);
@@ -389,7 +393,8 @@ fn no_road_lies_on_another_or_crosses_itself() {
 
 #[test]
 fn wide_roads_that_touch_are_one_however_near_the_nodes_of_the_plan_are() {
-    // Once roads were looked for within a step of the plan, 16 metres here, where these touch from 52 metres on.
+    // The search for other roads must reach further than a step of the plan: 16 metres here, while these roads touch
+    // within 52 metres.
     let settings = PlacesSettings { site_m: 1000.0, width_m: [50.0; 3], ..PlacesSettings::default() };
     let scale = Scale::new(settings.site_m, SPACING_M);
     let mut higher = roads()[0].as_ref().clone();
@@ -409,7 +414,7 @@ fn a_tunnel_that_comes_out_at_the_ford_of_another_road_ends_before_the_water() {
     let mut higher = roads()[0].as_ref().clone();
     let middle = higher.points.len() / 2;
     higher.structures = vec![Structure { kind: StructureKind::Ford, first: middle - 8, last: middle + 8 }];
-    // As long, bored all the way, and at right angles across the ford.
+    // A road of the same length, in a tunnel all the way, at right angles across the ford.
     let mut bored = higher.clone();
     let [x, y] = higher.points[middle].place;
     for point in &mut bored.points {
@@ -428,7 +433,7 @@ fn a_tunnel_that_comes_out_at_the_ford_of_another_road_ends_before_the_water() {
 
 #[test]
 fn a_road_that_is_cut_still_leads_from_one_site_to_the_other() {
-    // Roads that touch at an end of one of them are of one net.
+    // Roads of which one ends on the other belong to the same net.
     let roads: Vec<&Line> = roads().iter().map(AsRef::as_ref).collect();
     let mut net: Vec<usize> = (0..roads.len()).collect();
     let places: Vec<Vec<[i64; 2]>> = roads.iter().map(|road| places_of(road)).collect();
@@ -463,7 +468,7 @@ fn roads_follow_the_land() {
     let vertex = |at: [i64; 2]| at.map(|at| (at + FIXED / 2).div_euclid(FIXED));
     let mut off_m: Vec<f64> = on_ground(roads()).map(|(at, level_m)| level_m - land.height_m(vertex(at))).collect();
     off_m.sort_by(f64::total_cmp);
-    // What is filled higher is carried, what is cut deeper is bored through.
+    // Higher fills become bridges, deeper cuts become tunnels.
     let (cut_m, fill_m) = (-off_m[0], off_m[off_m.len() - 1]);
     assert!(fill_m < 12.5 && cut_m < 25.5, "fills of {fill_m} m and cuts of {cut_m} m");
     off_m.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
@@ -484,7 +489,7 @@ fn roads_keep_to_their_corridors() {
             let high = low.map(|at| at + 1);
             assert!(corridor.may_touch(low, high, 0), "{} at {at:?}", road.id);
         }
-        // Who asks about an area that the corridor does not come to builds no road.
+        // No road is built for an area that the corridor does not reach.
         let far = Area::new(road.bounds.x0 - 3000, road.bounds.y0 - 3000, 100, 100);
         assert!(places.road(&land, &a, &b, &[far]).is_none() && places.road(&land, &a, &b, &[road.bounds]).is_some());
         kept += 1;
@@ -499,15 +504,15 @@ fn curves_are_as_wide_as_their_class_asks() {
         let least_m = settings.radius_m[class(road)];
         let at = places_of(road);
         let is_site = |end: [i64; 2]| end.iter().all(|at| at.rem_euclid(places().plans.fine.scale.step * FIXED) == 0);
-        // A turn into another road is as sharp as it needs to be.
+        // The turn into another road may be sharper than the class allows, so ends on other roads are left out.
         let (first, last) = (usize::from(!is_site(at[0])), usize::from(!is_site(at[at.len() - 1])));
         let radius_m = sharpest_m(&at[first..at.len() - last]);
-        // A curve made of pieces of 8 m is not its circle to the last metre.
+        // A curve of pieces 8 m long deviates a little from its circle.
         assert!(radius_m >= least_m * 0.9, "{} {radius_m}", road.id);
     }
 }
 
-/// The least radius in metres of the circles through three points that follow on each other.
+/// Returns the smallest radius in metres of all circles through three consecutive points.
 fn sharpest_m(at: &[[i64; 2]]) -> f64 {
     let radius_m = |[a, b, c]: &[[i64; 2]; 3]| {
         let length_m = |(from, to): (&[i64; 2], &[i64; 2])| FixedSegment { from: *from, to: *to }.length_m(SPACING_M);
@@ -532,7 +537,7 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
             if water.is_open() {
                 assert_eq!(road.carrier(index), Some(StructureKind::Bridge), "{} {vertex:?}", road.id);
             }
-            // The water is asked about every few metres.
+            // The builder samples the water only every few metres.
             let step = places().plans.fine.scale.fine;
             let nearest = at.map(|at| (at + step * FIXED / 2).div_euclid(step * FIXED) * step);
             let is_wet = land.water(nearest) == WaterKind::River;
@@ -691,7 +696,7 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
     assert!(radius_m >= settings.radius_m[class(&road)] * 0.9, "{radius_m} m");
 }
 
-/// Level land on both sides of a strait that flows east, so many metres wide.
+/// Level land on both sides of a strait that runs east, so many metres wide.
 struct Strait(f64);
 
 impl Survey for Strait {
@@ -733,7 +738,7 @@ fn a_strait_is_bridged_or_has_no_corridor() {
 #[test]
 fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
     let land = land();
-    // Around the middle of a road with a bridge, so that all kinds of pieces are there.
+    // An area around the middle of a road with a bridge, so that it has all kinds of pieces.
     let is_bridged =
         |road: &&Arc<Line>| road.structures.iter().any(|structure| structure.kind == StructureKind::Bridge);
     let road = roads().iter().find(is_bridged).expect("some road has a bridge");
@@ -763,7 +768,7 @@ fn beds_agree_where_areas_overlap_and_end_at_their_reach() {
     }
     let fixed = |x: i64, y: i64| [x * FIXED, y * FIXED];
     for (index, (x, y)) in whole.vertices().enumerate() {
-        // Metres beyond the reach of the nearest road, and whether that place is on a bridge.
+        // Metres beyond the reach of the road, and whether its nearest piece is a bridge.
         let beyond = |road: &Line| {
             let far = |([from, to], carrier): ([&LinePoint; 2], Option<StructureKind>)| {
                 let [from, to] = [from, to].map(|point| {

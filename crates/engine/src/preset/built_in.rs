@@ -1,6 +1,6 @@
-//! The presets that the program brings along.
+//! The built-in presets.
 
-/// The built-in presets, as name and text: the files of `presets/`.
+/// Names and texts of the built-in presets: the files of `presets/`.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("alps", include_str!(concat!(env!("TERRANE_PRESETS"), "/alps.toml"))),
     ("highlands", include_str!(concat!(env!("TERRANE_PRESETS"), "/highlands.toml"))),
@@ -14,7 +14,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("hills", include_str!(concat!(env!("TERRANE_PRESETS"), "/hills.toml"))),
 ];
 
-/// The first line of a preset's text without its comment mark: what the preset shows.
+/// Returns the first line of a preset's text without its comment mark, which describes the preset.
 pub fn summary(text: &str) -> &str {
     text.lines().next().unwrap_or_default().trim_start_matches('#').trim()
 }

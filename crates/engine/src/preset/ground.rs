@@ -1,4 +1,4 @@
-//! What an author says about the ground: which material lies where.
+//! Settings of the ground: the distribution of materials.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,20 +6,20 @@ use serde::{Deserialize, Serialize};
 use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
 
-/// Which ground lies where: grass, with dirt and rock by slope, sand by height, snow by height and aspect; and where an
-/// author asks for them scree beneath rock, forest up to a tree line, and wet ground beside water.
+/// Distribution of the ground's materials: grass, with dirt and rock by slope, sand by height, and snow by height and
+/// aspect; on request also scree below rock, forest up to a tree line, and wet ground beside water.
 ///
 /// Slope enters as steepness, `slope_scale * (1 - n.up)` for the normal n, cut off at 1. With the thesis' scale of 5,
-/// steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37. The thesis words it the other way about, as five times
-/// `n.up`; but that is 5 on level ground and more than 1 up to 78 degrees, so cut off it would tell no slopes apart.
+/// steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37. The thesis itself writes five times `n.up`. But that
+/// is 5 on level ground and more than 1 up to 78 degrees, so after the cut-off most slopes would look alike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundSettings {
-    /// What `1 - n.up` is multiplied by to give the steepness, 0.1 to 100. Default: 5.
+    /// Factor that converts `1 - n.up` to steepness, 0.1 to 100. Default: 5.
     #[schemars(range(min = 0.1, max = 100))]
     #[serde(default = "thesis_slope_scale")]
     pub slope_scale: f64,
-    /// Steepness at which dirt begins and at which it has taken the grass' place, 0 to 1. Default: [0.1, 0.5].
+    /// Steepness at which dirt begins and at which it has replaced all grass, 0 to 1. Default: [0.1, 0.5].
     #[schemars(inner(range(min = 0, max = 1)))]
     #[serde(default = "default_dirt")]
     pub dirt: [f64; 2],
@@ -31,56 +31,60 @@ pub struct GroundSettings {
     /// `sea_level_m`. Default: no sand.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub sand_m: Option<[f64; 2]>,
-    /// Steepness at which sand begins to give way and at which none lies, 0 to 1; needs `sand_m`. Default: at no slope.
+    /// Steepness at which sand begins to thin out and at which none is left, 0 to 1; needs `sand_m`. Default: at no
+    /// slope, so sand lies on any.
     #[schemars(inner(range(min = 0, max = 1)))]
     pub sand_slope: Option<[f64; 2]>,
     /// Height in metres at which snow begins and at which all is snow, -100,000 to 100,000. Default: no snow.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub snow_m: Option<[f64; 2]>,
-    /// Steepness at which snow begins to slide off and at which none is left, 0 to 1; needs `snow_m`. Default: [0.6, 1].
+    /// Steepness at which snow begins to slide off and at which none is left, 0 to 1; needs `snow_m`.
+    /// Default: [0.6, 1].
     #[schemars(inner(range(min = 0, max = 1)))]
     #[serde(default = "default_snow_slope")]
     pub snow_slope: [f64; 2],
-    /// Metres by which snow reaches further down a slope of 45 degrees that faces north than down level ground, and less
-    /// far down one that faces south, -2000 to 2000: below 0 the sun stands in the north. Needs `snow_m`. Default: 0.
+    /// Metres by which snow reaches further down on a slope of 45 degrees that faces north than on level ground, and
+    /// less far down on one that faces south, -2000 to 2000: negative where the sun stands in the north. Needs
+    /// `snow_m`. Default: 0.
     #[schemars(range(min = -2000, max = 2000))]
     #[serde(default)]
     pub snow_aspect_m: f64,
-    /// Steepness at which scree begins and at which it covers all beneath rock, 0 to 1. Default: no scree.
+    /// Steepness at which scree begins and at which it covers all ground below rock, 0 to 1. Default: no scree.
     #[schemars(inner(range(min = 0, max = 1)))]
     pub scree: Option<[f64; 2]>,
     /// Metres that scree reaches down from rock, 1 to 10,000, and at most seven vertices; needs `scree`. Default: 80.
     #[schemars(range(min = 1, max = 10000))]
     #[serde(default = "default_scree_m")]
     pub scree_m: f64,
-    /// Height in metres up to which forest stands as it likes and above which there is none, -100,000 to 100,000: the tree
-    /// line wanders between the two. Default: no forest.
+    /// Height in metres up to which forest grows freely and above which there is none, -100,000 to 100,000: the tree
+    /// line varies between the two. Default: no forest.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub forest_m: Option<[f64; 2]>,
-    /// How much of the land below the tree line forest takes where nothing else keeps it off, 0 to 1; needs `forest_m`.
-    /// Default: 0.6.
+    /// Share of the land below the tree line that forest covers where nothing else prevents it, 0 to 1; needs
+    /// `forest_m`. Default: 0.6.
     #[schemars(range(min = 0, max = 1))]
     #[serde(default = "default_forest_share")]
     pub forest_share: f64,
-    /// Steepness at which forest begins to thin out and at which none stands, 0 to 1; needs `forest_m`.
+    /// Steepness at which forest begins to thin out and at which none is left, 0 to 1; needs `forest_m`.
     /// Default: [0.6, 0.9].
     #[schemars(inner(range(min = 0, max = 1)))]
     #[serde(default = "default_forest_slope")]
     pub forest_slope: [f64; 2],
-    /// Metres by which the tree line lies lower on a slope of 45 degrees that faces north than on level ground, and higher
-    /// on one that faces south, -2000 to 2000; needs `forest_m`. Default: 0.
+    /// Metres by which the tree line lies lower on a slope of 45 degrees that faces north than on level ground, and
+    /// higher on one that faces south, -2000 to 2000; needs `forest_m`. Default: 0.
     #[schemars(range(min = -2000, max = 2000))]
     #[serde(default)]
     pub forest_aspect_m: f64,
-    /// Steepness up to which meadows take the place of most of the forest and from which on of none, 0 to 1; needs
+    /// Steepness up to which meadows replace most of the forest and from which on they replace none, 0 to 1; needs
     /// `forest_m`. Default: no meadows.
     #[schemars(inner(range(min = 0, max = 1)))]
     pub meadow: Option<[f64; 2]>,
-    /// Metres of wet ground beside a lake and a river of 2 m3/s or more on level ground, 1 to 10,000, and at most seven
-    /// vertices: less beside smaller rivers and up a bank; needs `fluvial`. Default: none but a rim of mud.
+    /// Width in metres of wet ground on level ground beside a lake or a river of 2 m3/s or more, 1 to 10,000, and at
+    /// most seven vertices: narrower beside smaller rivers and up a bank; needs `fluvial`. Default: none but a rim of
+    /// mud.
     #[schemars(range(min = 1, max = 10000))]
     pub wet_m: Option<f64>,
-    /// How much the forest likes wet ground, 0 to 2: with 1 it stands on most banks; needs `wet_m`. Default: 0.
+    /// Preference of forest for wet ground, 0 to 2: with 1 it stands on most banks; needs `wet_m`. Default: 0.
     #[schemars(range(min = 0, max = 2))]
     #[serde(default)]
     pub forest_wet: f64,
@@ -111,7 +115,7 @@ impl Default for GroundSettings {
 }
 
 impl GroundSettings {
-    /// Finds the first value that does not go with others.
+    /// Finds the first value that contradicts another one.
     pub(super) fn check(&self, path: &KeyPath) -> Result<(), Fault> {
         let ramps = [
             ("dirt", Some(self.dirt)),

@@ -1,4 +1,4 @@
-//! What an author says about the map's colours.
+//! Settings of the map's colours.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,21 +6,23 @@ use serde::{Deserialize, Serialize};
 use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
 
-/// How the map is coloured.
+/// Colours and shading of the map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapStyle {
     /// The hypsometric tint. Default: `temperate`.
     #[serde(default)]
     pub tint: Tint,
-    /// Height in metres of the lowest land colour, -100,000 to 100,000. Default: the sea level, or the lowest height of the world.
+    /// Height in metres of the lowest land colour, -100,000 to 100,000. Default: the sea level, or the lowest height of
+    /// the world.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub low_m: Option<f64>,
-    /// Height in metres of the highest land colour, -100,000 to 100,000; above `low_m`. Default: the highest height of the world.
+    /// Height in metres of the highest land colour, -100,000 to 100,000; above `low_m`. Default: the highest height of
+    /// the world.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub high_m: Option<f64>,
-    /// How many times the slopes are steepened before they are shaded, beside what a style asks for, 0.1 to 20: more where land
-    /// is flat. Default: 1.
+    /// Factor by which slopes are steepened before they are shaded, in addition to that of a style, 0.1 to 20: larger
+    /// where land is flat. Default: 1.
     #[schemars(range(min = 0.1, max = 20))]
     pub exaggeration: Option<f64>,
 }
@@ -39,7 +41,7 @@ pub enum Tint {
 }
 
 impl MapStyle {
-    /// Finds the first value that does not go with others.
+    /// Finds the first value that contradicts another one.
     pub(super) fn check(&self, path: &KeyPath) -> Result<(), Fault> {
         match (self.low_m, self.high_m) {
             (Some(low_m), Some(high_m)) if low_m >= high_m => {

@@ -1,10 +1,11 @@
 //! Presets: a world's recipe as its author writes it, read with errors that point at the place.
 //!
-//! [`Preset`] is the recipe as written; [`World`](crate::world::World) is the recipe as understood. The settings of a stage,
-//! with the units, ranges and defaults of their keys, stand with that stage; here they are put together, and what must
-//! hold between stages is checked. The settings of what comes after the world, [`ground`] and [`map`], stand here too.
+//! [`Preset`] holds the recipe as written, and [`World`](crate::world::World) the objects that follow from it. The
+//! settings of a stage, with the units, ranges and defaults of their keys, are defined beside that stage. Here they are
+//! put together, and conditions between stages are checked. The settings of [`ground`] and [`map`], which apply after
+//! the world is made, are defined here too.
 //!
-//! How one is read stands in [`recipe`](crate::recipe).
+//! The reading of a preset is described in [`recipe`](crate::recipe).
 
 mod built_in;
 pub mod ground;
@@ -42,33 +43,34 @@ pub struct Preset {
     #[schemars(range(min = 0, max = u64::MAX))]
     #[serde(default = "one")]
     pub seed: u64,
-    /// A word, mixed into the seed, that says which country this is: presets with the same country, seed and `spacing_m` have
-    /// their mountains, rivers, lakes and towns at the same places. So a preset that `extends` another, or has a key set, shows
-    /// the other's country changed, and one with a word of its own shows another country. Up to 100 letters. Default: none,
-    /// and all is of the seed alone.
+    /// Name of the country, a word that is mixed into the seed: presets with the same country, seed and `spacing_m`
+    /// have their mountains, rivers, lakes and towns at the same places. So a preset that `extends` another, or has a
+    /// key set, shows the other's country changed, and a preset with a country of its own shows another one. Up to 100
+    /// letters. Default: none, and everything follows from the seed alone.
     #[schemars(length(max = 100))]
     pub country: Option<String>,
-    /// Metres between neighbouring vertices, 0.001 to 10,000. Rivers, lakes and towns of fluvial relief are laid out in vertices:
-    /// with another spacing they lie elsewhere and have other names. Default: 1.
+    /// Metres between neighbouring vertices, 0.001 to 10,000. Rivers, lakes and towns of fluvial relief are laid out in
+    /// vertices: with another spacing they lie elsewhere and have other names. Default: 1.
     #[schemars(range(min = 0.001, max = 10000))]
     #[serde(default = "one_metre")]
     pub spacing_m: f64,
-    /// Cells a tile side, 16 to 4096. Default: 256.
+    /// Number of cells per tile side, 16 to 4096. Default: 256.
     #[schemars(range(min = *TILE_CELLS.start(), max = *TILE_CELLS.end()))]
     #[serde(default = "default_tile_cells")]
     pub tile_cells: u32,
     /// Height of the sea's surface in metres, -100,000 to 100,000. Default: no sea.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub sea_level_m: Option<f64>,
-    /// Relief that water made, with its rivers and lakes. Default: none, and the relief is that of the noise terms.
+    /// Fluvial relief, shaped by water, with its rivers and lakes. Default: none, and the relief is that of the noise
+    /// terms.
     pub fluvial: Option<FluvialSettings>,
-    /// Noise terms, added up: the relief of the land. 1 to 16, or else `fluvial`.
+    /// Noise terms that are added up to the relief of the land. 1 to 16, unless `fluvial` is given.
     #[schemars(length(max = MAX_TERMS))]
     #[serde(default)]
     pub noise: Vec<NoiseTerm>,
-    /// Displacement of the points at which all terms and masks are read. Default: none.
+    /// Domain warp of all terms and masks: displacement of the positions at which they are evaluated. Default: none.
     pub warp: Option<WarpSettings>,
-    /// Where the land is and where the sea floor. Default: land everywhere.
+    /// Distribution of land and sea floor. Default: land everywhere.
     pub land: Option<LandMask>,
     /// Rivers by the thesis' agents. Default: none.
     pub rivers: Option<RiverAgents>,
@@ -76,10 +78,10 @@ pub struct Preset {
     pub roads: Option<RoadAgents>,
     /// Settlements and the roads between them; needs `fluvial`. Default: none.
     pub places: Option<PlacesSettings>,
-    /// Which ground lies where.
+    /// Distribution of the ground's materials.
     #[serde(default)]
     pub ground: GroundSettings,
-    /// How the map is coloured.
+    /// Colours and shading of the map.
     #[serde(default)]
     pub map: MapStyle,
 }
@@ -96,28 +98,31 @@ fn default_tile_cells() -> u32 {
     256
 }
 
-/// Cells a tile side may have.
+/// Allowed numbers of cells per tile side.
 pub const TILE_CELLS: RangeInclusive<u32> = 16..=4096;
 
 impl Preset {
-    /// The built-in preset of that name or else the preset in the file of that path, and its short name.
+    /// Loads the built-in preset of this name, or else the preset in the file at this path. Returns its short name and
+    /// the preset.
     ///
     /// # Errors
-    /// When there is no such preset, or when it cannot be read or understood.
+    /// When there is no such preset, or when it cannot be read or parsed.
     pub fn load(name_or_path: &str) -> Result<(String, Preset), Error> {
         let sources = Sources::load(name_or_path)?;
         Ok((sources.name().to_owned(), sources.read_all()?))
     }
 
-    /// The preset that `text` writes, with every default filled in. `file` is what errors name.
+    /// Parses the preset in `text`, with every default filled in. `file` is its name in errors.
     ///
     /// # Errors
-    /// When it is not TOML, has an unknown key, lacks one or has a value out of its range; the error points at it.
+    /// When the text is not TOML, has an unknown key, lacks a key or has a value out of its range; the error points at
+    /// the place.
     pub fn parse(file: &str, text: &str) -> Result<Preset, Error> {
         Sources::parse(file, text)?.read_all()
     }
 
-    /// What single keys that were set change besides what they seem to, a sentence each: `self` is what `sources` have.
+    /// Returns warnings, a sentence each, about unexpected effects of single keys that were set. `self` is the preset
+    /// that `sources` make.
     pub fn warnings(&self, sources: &Sources) -> Vec<String> {
         let Ok(unset) = sources.read_unset() else { return Vec::new() };
         let (old_m, new_m) = (unset.spacing_m, self.spacing_m);
@@ -130,7 +135,7 @@ impl Preset {
         )]
     }
 
-    /// The JSON schema of preset files.
+    /// Returns the JSON schema of preset files.
     pub fn schema() -> serde_json::Value {
         let mut schema = form::schema::<Preset>();
         schema["properties"]["extends"] = json!({
@@ -141,29 +146,31 @@ impl Preset {
         schema
     }
 
-    /// What all chance of the world of a seed is of: the seed with the country mixed in, here and nowhere else.
+    /// Returns the number from which all random numbers of a world follow: the seed with the country mixed in, which
+    /// happens nowhere else.
     pub fn chance(&self, seed: u64) -> u64 {
         hash::with_text(seed, self.country.as_deref().unwrap_or_default())
     }
 
-    /// Writes the defaults that depend on other keys into their places.
+    /// Fills in the defaults that depend on other keys.
     pub(crate) fn fill_defaults(&mut self) {
         self.noise.iter_mut().for_each(NoiseTerm::fill_defaults);
     }
 
-    /// Looks for a value that is out of its range or that does not go with others, in a preset that was not read.
+    /// Checks ranges and relations of the values in a preset that was built in code instead of read.
     ///
     /// # Errors
-    /// The first one.
+    /// The first fault, if there is one.
     pub fn check(&self) -> Result<(), Fault> {
-        // TOML has no whole numbers of 64 bits without a sign, and any seed will do.
+        // TOML has no unsigned 64-bit integers, so a large seed could not be written. Every seed is valid, so the check
+        // uses 0.
         let mut filled = Preset { seed: 0, ..self.clone() };
         filled.fill_defaults();
         form::check(&filled, &KeyPath::default())?;
         filled.check_together()
     }
 
-    /// Finds the first value that does not go with others; each alone is within its range.
+    /// Finds the first value that contradicts another one. Each value alone must be within its range.
     fn check_together(&self) -> Result<(), Fault> {
         let root = KeyPath::default();
         if let Some(fluvial) = &self.fluvial {
@@ -183,7 +190,8 @@ impl Preset {
                 return Err(root.key(key).fault(reason, hint).at_key());
             }
             fluvial.check(&root.key("fluvial"), self.spacing_m)?;
-            // Above, rivers would be pressed down to below the sea that they run into.
+            // With a higher sea, the land's compression at large heights would push rivers below the sea that they flow
+            // into.
             let pressed_m = fluvial.knee * fluvial.ceiling_m;
             let what = "knee times ceiling_m of [fluvial], from where on the land is pressed together";
             root.key("sea_level_m").at_most(self.sea_level_m.unwrap_or(pressed_m), pressed_m, what)?;
@@ -221,14 +229,14 @@ impl Preset {
         self.map.check(&root.key("map"))
     }
 
-    /// The same recipe with tiles of another size.
+    /// Returns the same preset with tiles of another size.
     #[must_use]
     pub fn with_tile_cells(&self, tile_cells: u32) -> Preset {
         Preset { tile_cells, ..self.clone() }
     }
 }
 
-/// The texts that make a preset, from the one that all extend to the last setting.
+/// The texts that make a preset: from the base that all others extend to the last single setting.
 pub type Sources = source::Sources<Preset>;
 
 impl Recipe for Preset {
@@ -246,10 +254,10 @@ impl Recipe for Preset {
     }
 }
 
-/// More terms than anybody needs; the time of a bake grows with each.
+/// Largest number of terms, more than anybody needs; the time of a bake grows with each.
 const MAX_TERMS: usize = 16;
 
-/// Keys that nothing reads unless another one is written too.
+/// Pairs of keys: nothing reads the first unless the second is written too.
 const NEEDS: &[(&str, &str)] = &[
     ("fluvial.coast", "sea_level_m"),
     ("ground.sand_m", "sea_level_m"),
@@ -266,7 +274,7 @@ const NEEDS: &[(&str, &str)] = &[
     ("ground.forest_wet", "ground.wet_m"),
 ];
 
-/// Finds the first key of a preset as written that nothing would read.
+/// Finds the first key written in a preset that nothing would read.
 fn check_needs(root: &DeValue) -> Result<(), Fault> {
     let path = |keys: &str| keys.split('.').fold(KeyPath::default(), |path, key| path.key(key));
     let is_written =

@@ -1,29 +1,29 @@
-//! What is wrong with a setting, and under which key.
+//! Faults: errors in settings, with the key that is at fault.
 
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 
 use crate::error::{Error, clipped};
 
-/// What is wrong with a setting, and under which key.
+/// An error in a setting, with the key that is at fault.
 #[derive(Debug)]
 pub struct Fault {
-    /// The setting, or the table where it should be.
+    /// Path of the setting, or of the table in which it is missing.
     pub path: KeyPath,
-    /// Whether it is the key itself that is wrong, and not its value.
+    /// True if the key itself is wrong, and not its value.
     pub key_itself: bool,
-    /// The setting with which it does not go, which may be the one that was given.
+    /// Setting that this one contradicts; the author may have written either of them.
     pub beside: Option<Box<KeyPath>>,
-    /// What was expected.
+    /// Description of the expected value.
     message: String,
-    /// The value that was there instead, where the message does not say it.
+    /// The actual value, where the message does not contain it.
     found: Option<String>,
-    /// What would do.
+    /// Proposal that would solve the fault.
     pub hint: String,
 }
 
 impl Fault {
-    /// What is wrong, in words. A value that is not `written` in any text is the default.
+    /// Describes the fault in a sentence. A value that is not `written` in any text is the default.
     pub(crate) fn sentence(&self, written: bool) -> String {
         let Fault { path, message, found, .. } = self;
         let value = match found {
@@ -38,40 +38,40 @@ impl Fault {
         }
     }
 
-    /// The same, saying that `found` was there.
+    /// Adds the actual value.
     #[must_use]
     pub fn found(self, found: impl Display) -> Fault {
         Fault { found: Some(found.to_string()), ..self }
     }
 
-    /// The same, pointing at another setting, with which this one does not go, where this one is not written.
+    /// Adds the setting that this one contradicts. The error points there if this setting is not written.
     pub(crate) fn beside(self, other: KeyPath) -> Fault {
         Fault { beside: Some(Box::new(other)), ..self }
     }
 
-    /// The same, pointing at the key and not at its value.
+    /// Makes the fault point at the key instead of its value.
     pub(crate) fn at_key(self) -> Fault {
         Fault { key_itself: true, ..self }
     }
 }
 
 impl From<Fault> for Error {
-    /// The error where there is no text to point into.
+    /// Makes an error without a position, for settings that come from no text.
     fn from(fault: Fault) -> Error {
         Error::Preset { message: clipped(&fault.sentence(true)), source_place: None, hint: fault.hint }
     }
 }
 
-/// A step from a table or a list to what is in it.
+/// A step from a table or a list to one of its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// A key of a table.
     Key(String),
-    /// A place in a list, from 0.
+    /// An index into a list, from 0.
     Index(usize),
 }
 
-/// The way from the preset's root to a value.
+/// The path from the root of a preset to a value.
 #[derive(Clone, Debug, Default)]
 pub struct KeyPath(pub Vec<Step>);
 
@@ -79,7 +79,7 @@ impl Display for KeyPath {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         for (index, step) in self.0.iter().enumerate() {
             match step {
-                // A key that is longer than any is known again by its beginning.
+                // Cut to 60 characters: an overlong key is recognizable by its beginning.
                 Step::Key(key) if index == 0 => write!(f, "{key:.60}")?,
                 Step::Key(key) => write!(f, ".{key:.60}")?,
                 Step::Index(index) => write!(f, "[{index}]")?,
@@ -90,25 +90,25 @@ impl Display for KeyPath {
 }
 
 impl KeyPath {
-    /// The path of a key of the table at this path.
+    /// Returns the path of a key in the table at this path.
     #[must_use]
     pub fn key(&self, key: &str) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Key(key.to_owned())]].concat())
     }
 
-    /// The path of a value of the list at this path.
+    /// Returns the path of an element in the list at this path.
     #[must_use]
     pub fn index(&self, index: usize) -> KeyPath {
         KeyPath([self.0.clone(), vec![Step::Index(index)]].concat())
     }
 
-    /// What is wrong with the value at this path, and what would do.
+    /// Makes a fault of the value at this path, with a hint that would solve it.
     pub fn fault(&self, message: impl Into<String>, hint: impl Into<String>) -> Fault {
         let (message, hint) = (message.into(), hint.into());
         Fault { path: self.clone(), key_itself: false, beside: None, message, found: None, hint }
     }
 
-    /// Checks a value whose range is so many times that of another key: `of` is its name, and what it has.
+    /// Checks that a value is within a range of multiples of another key's value; `of` is that key and its value.
     pub(crate) fn times(&self, value: f64, range: RangeInclusive<f64>, of: (&str, f64)) -> Result<(), Fault> {
         let (low, high) = (*range.start() * of.1, *range.end() * of.1);
         if (low..=high).contains(&value) {
@@ -120,7 +120,7 @@ impl KeyPath {
         Err(self.fault(message, format!("a value in this range, {hint}")).found(value))
     }
 
-    /// Checks a value that other keys keep small: `what` names them, in the sentence's words.
+    /// Checks that a value is at most a limit set by other keys; `what` names them in the sentence of the fault.
     pub(crate) fn at_most<T: PartialOrd + Display>(&self, value: T, most: T, what: &str) -> Result<(), Fault> {
         if value <= most {
             return Ok(());
@@ -128,7 +128,7 @@ impl KeyPath {
         Err(self.fault(format!("expected at most {most}, {what}"), "").found(value))
     }
 
-    /// Checks two values between which something changes gradually.
+    /// Checks that two values between which something changes gradually rise by at least 0.001.
     pub(crate) fn rising(&self, [from, to]: [f64; 2]) -> Result<(), Fault> {
         if to - from >= 1e-3 {
             return Ok(());
@@ -138,7 +138,7 @@ impl KeyPath {
     }
 }
 
-/// A number without the last digits that a product leaves.
+/// A number displayed with at most six decimals, to hide the rounding errors of a product.
 struct Short(f64);
 
 impl Display for Short {

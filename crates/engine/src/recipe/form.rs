@@ -1,4 +1,4 @@
-//! The form of settings: keys, types and ranges, all from the JSON schema that is made of their types and attributes.
+//! The form of settings: keys, types and ranges, all from the JSON schema that follows from Rust types and attributes.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,12 +8,12 @@ use toml::de::{DeTable, DeValue};
 use crate::error::nearest;
 use crate::recipe::fault::{Fault, KeyPath};
 
-/// The JSON schema of settings, from which all their keys, types and ranges come.
+/// Returns the JSON schema of settings, the source of all keys, types and ranges.
 pub fn schema<T: JsonSchema>() -> Value {
     schemars::schema_for!(T).to_value()
 }
 
-/// Finds the first value that is out of its range, of settings of a preset that were made and not read.
+/// Finds the first value out of its range in settings of a preset that were built in code instead of read.
 pub(crate) fn check<T: JsonSchema + Serialize>(settings: &T, path: &KeyPath) -> Result<(), Fault> {
     let text = toml::to_string(settings).expect("settings can be written as TOML");
     let table = DeTable::parse(&text).expect("what was written is TOML").into_inner();
@@ -21,15 +21,15 @@ pub(crate) fn check<T: JsonSchema + Serialize>(settings: &T, path: &KeyPath) -> 
     Form::new("preset", &schema).check(&schema, &DeValue::Table(table), path)
 }
 
-/// Finds the first key that is unknown or missing, or the first value of a wrong type or out of its range, as written in a recipe:
-/// `what` is its kind, by which `terrane schema` knows it.
+/// Finds the first fault in the written text of a recipe: a key that is unknown or missing, or a value of a wrong type
+/// or out of its range. `what` is the kind of the recipe, as in `terrane schema`.
 pub(crate) fn check_table(what: &str, schema: &Value, table: &DeValue) -> Result<(), Fault> {
     Form::new(what, schema).check(schema, table, &KeyPath::default())
 }
 
 struct Form<'a> {
     root: &'a Value,
-    /// The hint for a fault that has none of its own.
+    /// Hint for faults without a hint of their own.
     hint: String,
 }
 
@@ -38,7 +38,7 @@ impl<'a> Form<'a> {
         Form { root, hint: format!("keys and their meanings: terrane schema {what}") }
     }
 
-    /// The schema that is meant where it refers to another one, or to one or nothing.
+    /// Follows a schema that refers to another one, or that is a union with null, to the schema with the actual form.
     fn resolved(&self, schema: &'a Value) -> &'a Value {
         if let Some(reference) = schema["$ref"].as_str() {
             let name = reference.rsplit('/').next().expect("there is a first part");
@@ -105,7 +105,7 @@ impl<'a> Form<'a> {
         }
     }
 
-    /// Checks one of a few words.
+    /// Checks a value that must be one of a few words.
     fn check_word(&self, schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fault> {
         let words: Vec<&str> =
             schema["oneOf"].as_array().into_iter().flatten().filter_map(|word| word["const"].as_str()).collect();
@@ -149,7 +149,7 @@ fn check_range(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fa
     let (low, high) = (&schema["minimum"], &schema["maximum"]);
     let (number, whole) = match value {
         DeValue::Integer(whole) => {
-            // Digits beyond 128 bits are out of any range.
+            // A number that does not fit into 128 bits is out of every range.
             let whole = i128::from_str_radix(whole.as_str(), whole.radix()).unwrap_or(i128::MAX);
             (whole as f64, Some(whole))
         }
@@ -173,10 +173,10 @@ fn check_range(schema: &Value, value: &DeValue, path: &KeyPath) -> Result<(), Fa
     Err(path.fault(format!("expected {} to {}", shown(low), shown(high)), "").found(described(value)))
 }
 
-/// Characters of a text that are enough to know it again.
+/// Number of characters that are enough to recognize a text.
 const SHOWN: usize = 60;
 
-/// A value in the words of who has written it.
+/// Describes a value as its author wrote it.
 fn described(value: &DeValue) -> String {
     match value {
         DeValue::String(text) if text.chars().count() > SHOWN => {
@@ -200,7 +200,7 @@ mod tests {
     use super::*;
     use crate::preset::Preset;
 
-    /// Every number of a preset, by its path, with its schema.
+    /// Collects every number of a preset: its path, its schema and its description.
     fn numbers<'a>(form: &Form<'a>, schema: &'a Value, path: &str, found: &mut Vec<(String, &'a Value, String)>) {
         let described = schema["description"].as_str().unwrap_or_default().to_owned();
         collect(form, schema, path, &described, found);
@@ -228,7 +228,7 @@ mod tests {
         }
     }
 
-    /// 1234.5 as 1,234.5: so the docs write numbers.
+    /// Formats 1234.5 as 1,234.5, as numbers are written in the documentation. (Four digits stay ungrouped.)
     fn grouped(bound: &Value) -> String {
         let text = bound.as_f64().unwrap().to_string();
         let (whole, rest) = text.split_once('.').map_or((&text[..], String::new()), |(a, b)| (a, format!(".{b}")));
@@ -249,7 +249,7 @@ mod tests {
         let mut found = Vec::new();
         numbers(&Form::new("preset", &schema), &schema, "", &mut found);
         assert!(found.len() > 70, "{} numbers", found.len());
-        // A seed is any number at all.
+        // The seed may be any number.
         for (path, number, about) in found.into_iter().filter(|(path, ..)| path != ".seed") {
             let (low, high) = (&number["minimum"], &number["maximum"]);
             assert!(low.is_number() && high.is_number(), "{path} has no bounds: {number}");

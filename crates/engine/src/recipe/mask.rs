@@ -1,4 +1,4 @@
-//! Masks: slowly varying shares, and the check of any noise's octaves.
+//! Masks: slowly varying shares, and the check of octaves for any noise.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,21 +18,21 @@ pub struct Mask {
     #[schemars(range(min = 1, max = 16))]
     #[serde(default = "default_octaves")]
     pub octaves: u32,
-    /// The noise (about -1 to 1) at which the share is 0, -10 to 10.
+    /// Value of the noise (about -1 to 1) at which the share is 0, -10 to 10.
     #[schemars(range(min = -10, max = 10))]
     pub from: f64,
-    /// The noise at which the share is 1, -10 to 10; below `from`, and the mask is inverted.
+    /// Value of the noise at which the share is 1, -10 to 10. If it is below `from`, the mask is inverted.
     #[schemars(range(min = -10, max = 10))]
     pub to: f64,
 }
 
 impl Mask {
-    /// The noise that is eased into shares.
+    /// Returns the noise from which the shares are made.
     pub(crate) fn fractal(&self) -> FractalSpec {
         plain(self.wavelength_m, self.octaves)
     }
 
-    /// Finds the first value that does not go with others.
+    /// Finds the first value that contradicts another one.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
         check_octaves(path, self.wavelength_m, self.octaves, MASK_LACUNARITY, spacing_m)?;
         if (self.from - self.to).abs() < 1e-3 {
@@ -43,12 +43,12 @@ impl Mask {
     }
 }
 
-/// The plain noise of masks and warps.
+/// Returns the plain noise of masks and warps.
 pub(crate) fn plain(wavelength_m: f64, octaves: u32) -> FractalSpec {
     FractalSpec { kind: FractalKind::Fbm, octaves, wavelength_m, lacunarity: MASK_LACUNARITY, h: 1.0 }
 }
 
-/// Checks a wavelength and its octaves: the finest must still be seen on the lattice.
+/// Checks a wavelength and its octaves: the finest octave must not be finer than the vertices.
 pub(crate) fn check_octaves(
     path: &KeyPath,
     wavelength_m: f64,
@@ -73,7 +73,7 @@ pub(crate) fn check_octaves(
     Ok(())
 }
 
-/// Masks and warps are plain noise with octaves an octave apart, in the musician's sense.
+/// Ratio of the frequencies of neighbouring octaves in masks and warps: an octave in the musician's sense.
 pub(crate) const MASK_LACUNARITY: f64 = 2.0;
 
 pub(crate) fn default_octaves() -> u32 {

@@ -1,4 +1,4 @@
-//! Tables of TOML, each value with its place: merged, changed and searched.
+//! Tables of TOML in which each value has its position: merging, changing and searching.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::recipe::fault::{Fault, KeyPath, Step};
 
-/// The keys of `noise[0].height_m` or `noise.0.height_m`.
+/// Parses a key path such as `noise[0].height_m` or `noise.0.height_m`.
 pub(super) fn key_path(text: &str) -> Option<KeyPath> {
     let mut path = KeyPath::default();
     for part in text.trim().split('.') {
@@ -28,7 +28,7 @@ pub(super) fn key_path(text: &str) -> Option<KeyPath> {
     Some(path)
 }
 
-/// Lets `new` come over what is there: table by table, all else whole.
+/// Merges `new` over a value: tables key by key, all other values as a whole.
 pub(super) fn merge<'a>(value: &mut Spanned<DeValue<'a>>, new: Spanned<DeValue<'a>>) {
     let span = new.span();
     match (value.get_mut(), new.into_inner()) {
@@ -47,8 +47,8 @@ pub(super) fn merge<'a>(value: &mut Spanned<DeValue<'a>>, new: Spanned<DeValue<'
     }
 }
 
-/// Puts a folder before the name of a file, which is the text at a path of keys, if there is one: a recipe names files from its own folder,
-/// and the program opens them from where it runs.
+/// Puts a folder before the name of a file: the text at a path of keys, if there is one. Recipes name files relative to
+/// their own folder, but the program opens files relative to the current directory.
 pub(super) fn name_from(table: &mut DeTable<'_>, keys: &[&str], folder: &Path) {
     let Some((key, rest)) = keys.split_first() else { return };
     match table.get_mut(*key).map(Spanned::get_mut) {
@@ -58,7 +58,7 @@ pub(super) fn name_from(table: &mut DeTable<'_>, keys: &[&str], folder: &Path) {
     }
 }
 
-/// Puts a value at a path of keys and indices; tables that are not there are made, and begin at `key`.
+/// Puts a value at a path of keys and indices. Missing tables are created, with `key` as their position.
 pub(super) fn put<'a>(
     value: &mut Spanned<DeValue<'a>>,
     steps: &[Step],
@@ -91,8 +91,8 @@ pub(super) fn put<'a>(
     }
 }
 
-/// Where a fault is, and whether its value is written at all; if not, the place is that of the setting with which it does not go, or
-/// else the nearest table that is written.
+/// Returns the position of a fault, and true if the faulty value is written. If it is not, the position is that of the
+/// setting which it contradicts, or else that of the nearest table that is written.
 pub(super) fn locate(root: &Spanned<DeValue>, fault: &Fault) -> (Range<usize>, bool) {
     let (place, is_written) = find(root, &fault.path, fault.key_itself);
     match &fault.beside {
@@ -104,7 +104,8 @@ pub(super) fn locate(root: &Spanned<DeValue>, fault: &Fault) -> (Range<usize>, b
     }
 }
 
-/// Where a value is, or its key, and whether it is written at all; if not, the place is the nearest table that is.
+/// Returns the position of a value, or of its key, and true if it is written. If it is not, the position is that of the
+/// nearest enclosing table that is.
 fn find(root: &Spanned<DeValue>, path: &KeyPath, key_itself: bool) -> (Range<usize>, bool) {
     let mut value = root;
     let mut key = root.span();

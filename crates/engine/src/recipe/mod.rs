@@ -1,12 +1,12 @@
-//! Recipes: what an author writes, read with errors that point at the place. And what the settings of all stages share: the
-//! paths of their keys, their form and their faults, and masks.
+//! Recipes: texts that an author writes, read with errors that point at the place. Also the parts that the settings of
+//! all stages share: key paths, form, faults and masks.
 //!
 //! ```text
 //! origin.rs   name or path -> text
 //! source.rs   texts that extend each other, options -> one table (merge.rs) -> a Recipe
 //! ```
 //!
-//! A range stands once, as an attribute of the field: the schema that users read has it from there, and so has the check.
+//! A range is written once, as an attribute of the field. Both the schema for users and the check take it from there.
 
 pub mod fault;
 pub mod form;
@@ -15,8 +15,10 @@ mod merge;
 mod origin;
 pub mod source;
 
-/// Heights and their factors may not be larger: 16 bits would be too coarse and `f32` metres too.
+/// Limit of heights and of the factors of heights in metres: beyond it, 16-bit heights and `f32` metres would be too
+/// coarse.
 pub(crate) const HEIGHT_LIMIT_M: f64 = 100_000.0;
 
-/// Wavelengths of noise in metres: no octave is finer than the vertices, and longer waves are flat on any region.
+/// Range of wavelengths of noise in metres: no octave is finer than the vertices, and longer waves are flat in any
+/// region.
 pub(crate) const WAVELENGTH_M: [f64; 2] = [0.001, 1e9];

@@ -1,4 +1,4 @@
-//! Where a recipe is found, and its text.
+//! Origins of recipes: built-in or in a file, and the reading of their texts.
 
 use std::fs;
 use std::io::Read;
@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use crate::error::Error;
 use crate::recipe::source::{Recipe, built_in};
 
-/// No recipe is longer than this; a longer file is something else.
+/// Largest size of a recipe in bytes; a longer file is something else.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Where a recipe is found.
+/// Origin of a recipe.
 #[derive(Clone, Debug)]
 pub(super) enum Origin {
     BuiltIn(&'static str),
@@ -18,7 +18,7 @@ pub(super) enum Origin {
 }
 
 impl Origin {
-    /// A built-in recipe, or else a file, as named from a folder.
+    /// Finds a built-in recipe, or else a file with a path relative to a folder.
     pub fn find<T: Recipe>(name: &str, folder: &Path) -> Result<Origin, Error> {
         if let Some((name, _)) = T::BUILT_IN.iter().find(|(known, _)| *known == name) {
             return Ok(Origin::BuiltIn(name));
@@ -49,7 +49,7 @@ impl Origin {
     }
 }
 
-/// The text of a recipe's file.
+/// Reads the text of a recipe's file.
 pub(super) fn read_text<T: Recipe>(path: &Path) -> Result<String, Error> {
     let refuse = |message: String, hint: &str| {
         let message = format!("{}: {message}", path.display());
@@ -68,13 +68,13 @@ pub(super) fn read_text<T: Recipe>(path: &Path) -> Result<String, Error> {
     }
 }
 
-/// The text that a reader gives, if it is one.
+/// Reads the text from a reader, if it is valid UTF-8 and not too long.
 pub(super) fn text_of<T: Recipe>(file: &str, reader: impl Read) -> Result<String, Error> {
     let refuse = |message: String, hint: &str| {
         Err(Error::Preset { message: format!("{file}: {message}"), source_place: None, hint: hint.into() })
     };
     let mut bytes = Vec::new();
-    // One byte more than allowed is enough to know, even of a device that never ends.
+    // One byte more than allowed is enough to tell that the text is too long, even from a device that never ends.
     if let Err(error) = reader.take(MAX_BYTES + 1).read_to_end(&mut bytes) {
         return refuse(error.to_string(), "");
     }

@@ -1,4 +1,5 @@
-//! Where a recipe is written: its text, those that it extends, and settings on top, read with errors that point there.
+//! Sources of a recipe: its text, the texts that it extends, and single settings on top, read with errors that point at
+//! the place.
 
 use std::io::Read;
 use std::marker::PhantomData;
@@ -16,37 +17,37 @@ use crate::recipe::form;
 use crate::recipe::merge::{key_path, locate, merge, name_from, put};
 use crate::recipe::origin::{Origin, read_text, text_of};
 
-/// A kind of text that an author writes, in TOML: a preset, a style.
+/// A kind of TOML text that an author writes: a preset or a style.
 pub trait Recipe: DeserializeOwned + JsonSchema {
-    /// What one is called.
+    /// Word for one such text.
     const WHAT: &'static str;
-    /// The folder of those that the program brings along, and the command that lists them.
+    /// Folder of the built-in texts; also the name of the command that lists them.
     const FOLDER: &'static str;
-    /// Those that the program brings along, as name and text.
+    /// Names and texts of the built-in recipes.
     const BUILT_IN: &'static [(&'static str, &'static str)];
 
-    /// The keys, each with the tables around it, that name files: from the folder of the text that they are written in.
+    /// Key paths whose values name files, relative to the folder of the text in which they are written.
     const FILES: &'static [&'static [&'static str]] = &[];
 
-    /// Finds the first key, as written, that does not go with others.
+    /// Finds the first written key that contradicts another one.
     ///
     /// # Errors
-    /// When there is one.
+    /// When there is such a key.
     fn check_written(_root: &DeValue) -> Result<(), Fault> {
         Ok(())
     }
 
-    /// Writes the defaults that depend on other keys, and finds the first value that does not go with others.
+    /// Fills in the defaults that depend on other keys, and finds the first value that contradicts another one.
     ///
     /// # Errors
-    /// When there is one.
+    /// When there is such a value.
     fn complete(&mut self) -> Result<(), Fault>;
 }
 
-/// The text of a recipe that the program brings along.
+/// Returns the text of a built-in recipe.
 ///
 /// # Errors
-/// When there is none of that name; the hint lists the names.
+/// When no built-in recipe has this name; the hint lists the names.
 pub fn built_in<T: Recipe>(name: &str) -> Result<&'static str, Error> {
     let names = T::BUILT_IN.iter().map(|(name, _)| *name);
     T::BUILT_IN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text).ok_or_else(|| {
@@ -59,9 +60,9 @@ pub fn built_in<T: Recipe>(name: &str) -> Result<&'static str, Error> {
     })
 }
 
-/// The texts that make a recipe, from the one that all extend to the last setting.
+/// The texts that make a recipe: from the base that all others extend to the last single setting.
 ///
-/// Tables are merged, and all else is replaced by what comes later.
+/// Later texts override earlier ones: tables are merged, and all other values are replaced.
 #[derive(Debug)]
 pub struct Sources<T> {
     name: String,
@@ -69,18 +70,20 @@ pub struct Sources<T> {
     makes: PhantomData<fn() -> T>,
 }
 
-/// A text, and where it begins in an imaginary one that has all of them: so that a place in any is a single number.
+/// A text with its start in an imaginary text that joins all sources, so that a position in any of them is a single
+/// number.
 #[derive(Debug)]
 struct Source {
-    /// What errors name.
+    /// Name in errors.
     file: String,
-    /// Where it lies.
+    /// Folder of the file.
     folder: PathBuf,
     text: String,
     start: usize,
-    /// The text as it is parsed: after as many spaces as the imaginary one has before it.
+    /// The text for the parser, preceded by spaces up to its start in the imaginary text, so that the parser reports
+    /// positions there.
     padded: String,
-    /// The key that it sets, if it is a single value.
+    /// Key that this source sets, if it is a single setting.
     key: Option<KeyPath>,
 }
 
@@ -89,10 +92,10 @@ impl<T: Recipe> Sources<T> {
         Sources { name: name.to_owned(), texts: Vec::new(), makes: PhantomData }
     }
 
-    /// The built-in recipe of that name or else the one in the file of that path.
+    /// Loads the built-in recipe of this name, or else the recipe in the file at this path.
     ///
     /// # Errors
-    /// When there is none, or when it cannot be read, or one that it extends.
+    /// When there is no such recipe, or when it or a recipe that it extends cannot be read.
     pub fn load(name_or_path: &str) -> Result<Sources<T>, Error> {
         let mut sources = Sources::new("");
         let origin = Origin::find::<T>(name_or_path, Path::new(""))?;
@@ -101,34 +104,34 @@ impl<T: Recipe> Sources<T> {
         Ok(sources)
     }
 
-    /// The recipe that a reader gives, such as standard input. `file` is what errors name, and the recipe's name.
+    /// Reads a recipe from a reader, such as standard input. `file` is the recipe's name, also in errors.
     ///
     /// # Errors
-    /// When it cannot be read, or one that it extends.
+    /// When the recipe or one that it extends cannot be read.
     pub fn read(file: &str, reader: impl Read) -> Result<Sources<T>, Error> {
         Sources::parse(file, &text_of::<T>(file, reader)?)
     }
 
-    /// The recipe that `text` writes. `file` is what errors name, and the recipe's name.
+    /// Parses the recipe in `text`. `file` is the recipe's name, also in errors.
     ///
     /// # Errors
-    /// When it is not TOML, or when one that it extends cannot be read.
+    /// When the text is not TOML, or when a recipe that it extends cannot be read.
     pub fn parse(file: &str, text: &str) -> Result<Sources<T>, Error> {
         let mut sources = Sources::new(file);
         sources.add_text(file, text, Path::new(""), &mut Vec::new())?;
         Ok(sources)
     }
 
-    /// The recipe's short name.
+    /// Returns the recipe's short name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Sets one key on top of all texts: `setting` is `key=value`, the key with dots and indices (`noise[0].height_m`), the
-    /// value as in TOML. Errors name it by `option`.
+    /// Sets one key on top of all texts. `setting` is `key=value`: the key with dots and indices (`noise[0].height_m`),
+    /// the value as in TOML. `option` is the name of the setting in errors.
     ///
     /// # Errors
-    /// When it is not of that form.
+    /// When the setting is not of that form.
     pub fn set(&mut self, option: &str, setting: &str) -> Result<(), Error> {
         let start = self.next_start();
         let refuse = |message: String, span: Range<usize>, hint: &str| Error::Preset {
@@ -143,7 +146,7 @@ impl<T: Recipe> Sources<T> {
         let Some(path) = key_path(key) else {
             return Err(refuse("this is no key".into(), 0..key.len(), form));
         };
-        // A short key that takes the place of the long one, so that the value keeps its own.
+        // The short key `v` replaces the long one and keeps the value's position.
         let padded = format!("{}v={value}", " ".repeat(start + key.len() - 1));
         match DeTable::parse(&padded) {
             Ok(table) if table.get_ref().len() == 1 => {}
@@ -157,18 +160,18 @@ impl<T: Recipe> Sources<T> {
         Ok(())
     }
 
-    /// What is written, with every default filled in.
+    /// Reads the recipe with every default filled in.
     ///
     /// # Errors
-    /// When a key is unknown or missing, or a value out of its range; the error points at it.
+    /// When a key is unknown or missing, or when a value is out of its range; the error points at the place.
     pub fn read_all(&self) -> Result<T, Error> {
         self.read_with(|_| true)
     }
 
-    /// The same but for single keys that were set.
+    /// Reads the recipe without the single settings.
     ///
     /// # Errors
-    /// When a key is unknown or missing, or a value out of its range.
+    /// When a key is unknown or missing, or when a value is out of its range.
     pub fn read_unset(&self) -> Result<T, Error> {
         self.read_with(|source| source.key.is_none())
     }
@@ -190,11 +193,12 @@ impl<T: Recipe> Sources<T> {
     }
 
     fn next_start(&self) -> usize {
-        // Two bytes more, so that the end of one text is not the beginning of the next.
+        // Two bytes more, so that the position of one text's end is not the start of the next.
         self.texts.last().map_or(0, |last| last.start + last.text.len() + 2)
     }
 
-    /// Adds a recipe after those that it extends; `within` are those that it is extended by.
+    /// Adds a recipe after those that it extends. `within` holds the recipes that lead here through `extends`, to
+    /// detect cycles.
     fn add(&mut self, origin: &Origin, within: &mut Vec<Origin>) -> Result<(), Error> {
         within.push(origin.clone());
         match origin {
@@ -228,7 +232,7 @@ impl<T: Recipe> Sources<T> {
                 let message = format!("extends: expected the name of a {} or of its file", T::WHAT);
                 return Err(refuse(&message, base.span(), &hint));
             };
-            // What is wrong with the file itself is said with its own name.
+            // Faults inside the other file already name that file, so they pass unchanged.
             let there = |error: Error| match error {
                 Error::Preset { message, source_place: None, hint } => {
                     refuse(&format!("extends: {message}"), base.span(), &hint)
@@ -249,9 +253,9 @@ impl<T: Recipe> Sources<T> {
         Ok(())
     }
 
-    /// One table of all that is written in texts that count, every value with its place.
+    /// Merges the texts for which `counts` is true into one table, in which every value has its position.
     fn merged(&self, counts: impl Fn(&Source) -> bool) -> Result<Spanned<DeValue<'_>>, Error> {
-        // What is written nowhere is missed where the recipe itself begins.
+        // A key that is written nowhere is reported at the start of the recipe itself.
         let main = self.texts.iter().rfind(|source| source.key.is_none()).map_or(0, |source| source.start);
         let mut root = Spanned::new(main..main, DeValue::Table(DeTable::new()));
         for source in self.texts.iter().filter(|source| counts(source)) {
@@ -277,7 +281,7 @@ impl<T: Recipe> Sources<T> {
         Ok(root)
     }
 
-    /// The error at a place of the imaginary text.
+    /// Makes an error at a position of the imaginary text.
     fn error(&self, message: String, span: Range<usize>, hint: &str) -> Error {
         let source = self.texts.iter().rfind(|source| source.start <= span.start).expect("the first begins at 0");
         let span = span.start - source.start..span.end.saturating_sub(source.start);

@@ -1,11 +1,11 @@
-//! Piecewise linear maps of a term's value: plateaus, benches and cliffs.
+//! Piecewise linear maps of a term's value, for plateaus, benches and cliffs.
 
 #[cfg(feature = "gpu")]
 use crate::noise::packed::put;
 
-/// A piecewise linear map, level beyond its ends.
+/// A piecewise linear map, constant beyond its ends.
 ///
-/// Written as a sum of ramps, so that there is no search and all lanes do the same.
+/// It is stored as a sum of ramps, which needs no search, so that all lanes do the same.
 #[derive(Debug)]
 pub(super) struct Curve {
     start: f32,
@@ -21,7 +21,7 @@ struct Ramp {
 }
 
 impl Curve {
-    /// The map through `points` of (in, out), sorted by their inputs.
+    /// Creates the map through `points` of (in, out), sorted by their inputs.
     pub(super) fn new(points: &[[f64; 2]]) -> Curve {
         let ramp = |pair: &[[f64; 2]]| {
             let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
@@ -35,12 +35,12 @@ impl Curve {
         }
     }
 
-    /// The lowest and the highest output.
+    /// Returns the lowest and the highest output.
     pub(super) fn bounds(&self) -> (f32, f32) {
         self.bounds
     }
 
-    /// Adds the map as words: where it starts, its bounds, how many ramps there are, and these.
+    /// Packs the map: its first output, its bounds, the number of ramps, and the ramps.
     #[cfg(feature = "gpu")]
     pub(super) fn pack(&self, words: &mut Vec<u32>) {
         put(words, [self.start, self.bounds.0, self.bounds.1]);
@@ -48,7 +48,7 @@ impl Curve {
         put(words, self.ramps.iter().flat_map(|ramp| [ramp.from, ramp.width, ramp.slope]));
     }
 
-    /// Replaces each value by what the map makes of it.
+    /// Applies the map to each value.
     pub(super) fn apply(&self, values: &mut [f32]) {
         let (low, high) = self.bounds;
         for value in values {
@@ -56,7 +56,7 @@ impl Curve {
                 .ramps
                 .iter()
                 .fold(self.start, |sum, ramp| sum + (*value - ramp.from).clamp(0.0, ramp.width) * ramp.slope);
-            // The sum of ramps may miss the last point by a rounding.
+            // Rounding may make the sum of ramps miss the last point.
             *value = climbed.clamp(low, high);
         }
     }

@@ -1,4 +1,4 @@
-//! Relief: the height of any vertex, and the water on it where water made it.
+//! Relief: the height of any vertex, and the water on it if the relief is fluvial.
 
 mod curve;
 mod noise;
@@ -19,17 +19,18 @@ use crate::fluvial::Fluvial;
 use crate::grid::Grid;
 use crate::land::Land;
 
-/// A world's relief, which its copies share. Heights are a pure function of the vertex: any area, the same bits.
+/// A world's relief, shared by its copies. Heights are a pure function of the vertex: they have the same bits in
+/// whatever area they are computed.
 #[derive(Clone, Debug)]
 pub enum Relief {
     /// Fractal noise, as in the thesis.
     Noise(Arc<NoiseRelief>),
-    /// Land that water made.
+    /// Fluvial land, shaped by water.
     Fluvial(Arc<Fluvial>),
 }
 
 impl Relief {
-    /// Bounds that no height can leave, whatever the vertex: (lowest, highest) in metres.
+    /// Returns bounds that no height leaves, whatever the vertex: (lowest, highest) in metres.
     pub fn range_m(&self) -> (f32, f32) {
         match self {
             Relief::Noise(noise) => noise.range_m(),
@@ -37,12 +38,12 @@ impl Relief {
         }
     }
 
-    /// The heights in metres at all vertices of `area`.
+    /// Returns the heights in metres at all vertices of `area`.
     pub fn heights(&self, area: Area) -> Grid<f32> {
         self.land(area, &Clock::default()).heights
     }
 
-    /// Heights and water at all vertices of `area`, with the time of each stage booked on `clock`.
+    /// Returns heights and water at all vertices of `area`, and books the time of each stage on `clock`.
     pub fn land(&self, area: Area, clock: &Clock) -> Land {
         match self {
             Relief::Noise(noise) => {
@@ -53,7 +54,7 @@ impl Relief {
         }
     }
 
-    /// The fluvial relief, if that is what it is.
+    /// Returns the fluvial relief, or `None` for a relief of noise.
     pub fn fluvial(&self) -> Option<&Fluvial> {
         match self {
             Relief::Noise(_) => None,

@@ -12,9 +12,10 @@ use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 use crate::relief::strided::StridedFractal;
 use crate::stop;
 
-/// Relief of noise: fractal terms added up over warped points, sunk to the sea floor where no land is.
+/// Relief of noise: fractal terms, added up at warped positions, and lowered to the sea floor where there is no land.
 ///
-/// Heights are a pure function of the vertex: no pad, any area, the same bits.
+/// Heights are a pure function of the vertex: they need no pad, and have the same bits in whatever area they are
+/// computed.
 #[derive(Debug)]
 pub struct NoiseRelief {
     pub(super) warp: Option<WarpField>,
@@ -39,7 +40,7 @@ pub(super) struct Term {
     pub mask: Option<Share>,
 }
 
-/// A mask, ready to be read: `scale` and `shift` bring its noise from `from..to` to 0..1.
+/// A mask, ready for evaluation: `scale` and `shift` map its noise from `from..to` to 0..1.
 #[derive(Debug)]
 pub(super) struct Share {
     pub noise: StridedFractal,
@@ -48,7 +49,7 @@ pub(super) struct Share {
 }
 
 impl NoiseRelief {
-    /// A fractal alone, or zero, so many times as high, as if it were heights.
+    /// Makes a relief of one fractal alone, or of zero, multiplied by `height_m`.
     #[cfg(feature = "gpu")]
     pub(crate) fn of_fractal(fractal: Option<&Fractal>, height_m: f32) -> NoiseRelief {
         let fractal = StridedFractal::of(fractal.cloned());
@@ -57,7 +58,8 @@ impl NoiseRelief {
         NoiseRelief { warp: None, terms: vec![term], land: None, range_m }
     }
 
-    /// The relief of checked settings, whose defaults are filled in, at the nodes of a stride, by metres between vertices.
+    /// Makes the relief of checked settings with all defaults filled in, at the nodes of a stride; `spacing_m` is the
+    /// distance in metres between vertices.
     pub(crate) fn new(
         terms: &[NoiseTerm],
         warp: Option<&WarpSettings>,
@@ -94,17 +96,17 @@ impl NoiseRelief {
         NoiseRelief { warp, terms, land, range_m }
     }
 
-    /// Bounds that no height can leave, whatever the vertex: (lowest, highest) in metres.
+    /// Returns bounds that no height leaves, whatever the vertex: (lowest, highest) in metres.
     ///
-    /// They follow from the bounds of each term, of its curve and of the sea floor; rounding included.
+    /// They follow from the bounds of each term, of its curve and of the sea floor, and include rounding errors.
     pub fn range_m(&self) -> (f32, f32) {
         self.range_m
     }
 
-    /// The heights in metres at all vertices of `area`.
+    /// Returns the heights in metres at all vertices of `area`.
     pub fn heights(&self, area: Area) -> Grid<f32> {
         let mut heights = Grid::filled(area, 0.0);
-        // Bands that fit the second-level cache, whatever the size of the tile.
+        // Computed in bands that fit into the second-level cache, whatever the size of the tile.
         const BAND_VERTICES: usize = 1 << 16;
         let rows = (BAND_VERTICES / area.width().max(1)).max(1);
         let mut scratch = BandScratch::default();
@@ -122,7 +124,7 @@ impl NoiseRelief {
         for buffer in [&mut *east, south, value, share] {
             buffer.resize(out.len(), 0.0);
         }
-        // Where the noises are read.
+        // Displacements of the positions at which the noise is evaluated.
         let warp = self.warp.as_ref().map(|warp| {
             for (fractal, displacement) in [(&warp.east, &mut *east), (&warp.south, &mut *south)] {
                 fractal.fill(band, None, displacement);
@@ -133,7 +135,7 @@ impl NoiseRelief {
             [&east[..], &south[..]]
         });
         let read = |fractal: &StridedFractal, to: &mut [f32]| fractal.fill(band, warp, to);
-        // The land's relief: all terms, each where its mask lets it.
+        // The land's relief: all terms, each multiplied by its mask.
         for (index, term) in self.terms.iter().enumerate() {
             read(&term.fractal, value);
             if let Some(curve) = &term.curve {
@@ -152,7 +154,7 @@ impl NoiseRelief {
                 _ => out.iter_mut().zip(&*value).for_each(|(height, value)| *height += value),
             }
         }
-        // The sea floor where no land is.
+        // The sea floor, where there is no land.
         if let Some((mask, floor_m)) = &self.land {
             read(&mask.noise, share);
             mask.ease(share);
@@ -171,7 +173,7 @@ struct BandScratch {
 }
 
 impl Share {
-    /// Turns noise into shares: 0 at `from`, 1 at `to`, smooth between.
+    /// Converts noise to shares: 0 at `from`, 1 at `to`, smooth between.
     fn ease(&self, noise: &mut [f32]) {
         for value in noise {
             let t = (*value * self.scale + self.shift).clamp(0.0, 1.0);
@@ -180,7 +182,7 @@ impl Share {
     }
 }
 
-/// The interval that the sum of the terms, and the sea floor, cannot leave.
+/// Returns an interval that contains every possible sum of the terms, and the sea floor.
 fn proved_range(terms: &[Term], floor_m: Option<f32>) -> (f32, f32) {
     let (mut low, mut high, mut magnitude) = (0.0, 0.0, 0.0);
     for term in terms {
@@ -200,10 +202,11 @@ fn proved_range(terms: &[Term], floor_m: Option<f32>) -> (f32, f32) {
         high = f64::max(high, floor_m as f64);
         magnitude += floor_m.abs() as f64;
     }
-    // Fewer than 64 f32 operations of at most half an ulp (2^-24) each follow the fractals' own bounds.
+    // After the fractals, whose bounds include their own rounding, fewer than 64 f32 operations follow, each with an
+    // error of at most half an ulp (2^-24).
     let margin = magnitude * 64.0 / (1 << 24) as f64;
     let outward = |bound: f64, limit: fn(f32) -> f32| limit(bound as f32);
     let (low, high) = (outward(low - margin, f32::next_down), outward(high + margin, f32::next_up));
-    // A world that is flat all over still needs a range to be encoded in.
+    // Even a perfectly flat world needs a range for the encoding of its heights.
     if high - low < 1.0 { (low - 0.5, high + 0.5) } else { (low, high) }
 }

@@ -1,4 +1,4 @@
-//! Relief of noise as words, for kernels that run elsewhere: `shaders/relief.wgsl` reads them.
+//! Relief of noise packed into 32-bit words for GPU kernels, which read them in `shaders/relief.wgsl`.
 
 use super::curve::Curve;
 use super::noise::{NoiseRelief, Share};
@@ -6,30 +6,31 @@ use super::strided::StridedFractal;
 use crate::area::Area;
 use crate::noise::packed::{BLOCK, put};
 
-/// Reliefs of noise, packed one behind the other.
+/// Several reliefs of noise, packed one after the other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PackedRelief {
-    /// What is the same for all blocks.
+    /// Words that are the same for all blocks.
     pub words: Vec<u32>,
-    /// Words of a block of the one that was packed last.
+    /// Number of words per block of the relief that was packed last.
     pub block_words: usize,
 }
 
-/// A block of vertices, as the kernels compute it.
+/// A block of vertices, the unit that the kernels compute.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
-    /// Its first vertex.
+    /// First (north-western) vertex.
     first: (i64, i64),
-    /// The area of which it computes a part.
+    /// Area of which the block computes a part.
     area: Area,
-    /// Where the area's heights begin among those of several areas.
+    /// Offset of the area's heights in the buffer for several areas.
     heights: u32,
-    /// Where the relief begins that they are of.
+    /// Offset of the packed relief that the heights belong to.
     relief: u32,
 }
 
 impl Block {
-    /// The blocks in which an area lies, whose heights begin at `heights` and are those of the relief that begins at `relief`.
+    /// Lists the blocks that cover an area. `heights` is the offset of the area's heights, and `relief` that of the
+    /// packed relief they belong to.
     pub fn of(area: Area, heights: u32, relief: u32) -> impl Iterator<Item = Block> {
         let [columns, rows] = BLOCK.map(|side| side as i64);
         let firsts = |from: i64, to: i64, side: i64| {
@@ -40,7 +41,7 @@ impl Block {
         firsts(area.y0, area.y1, rows).flat_map(across)
     }
 
-    /// How many blocks an area lies in.
+    /// Returns the number of blocks that cover an area.
     pub fn count(area: Area) -> usize {
         let count = |from: i64, to: i64, side: usize| {
             ((to - 1).div_euclid(side as i64) - from.div_euclid(side as i64) + 1).max(0) as usize
@@ -49,19 +50,20 @@ impl Block {
     }
 }
 
-/// Words that say where a block lies.
+/// Number of words that describe a block's position.
 const AREA_WORDS: usize = 6;
 
-/// Words of a term.
+/// Number of words per term.
 const TERM_WORDS: usize = 5;
 
 impl NoiseRelief {
-    /// Adds the relief as words, and says where it begins; then `packed` knows how many [`pack_block`](NoiseRelief::pack_block) adds.
+    /// Packs the relief and returns its offset; `packed.block_words` is then the number of words that
+    /// [`pack_block`](NoiseRelief::pack_block) adds per block.
     pub(crate) fn pack(&self, packed: &mut PackedRelief) -> u32 {
         let root = packed.words.len();
         packed.words.resize(root + 6 + TERM_WORDS * self.terms.len(), 0);
         packed.block_words = AREA_WORDS;
-        // No part begins with the first word of all: 0 says that it is not there.
+        // No part begins at word 0 of the buffer, so an offset of 0 marks a missing part.
         if let Some(warp) = &self.warp {
             packed.words[root] = packed.fractal(&warp.east, false);
             packed.words[root + 1] = packed.fractal(&warp.south, false);
@@ -98,7 +100,7 @@ impl NoiseRelief {
         }
     }
 
-    /// All fractals in the order in which they are packed, and whether they are read at warped places.
+    /// Lists all fractals in the order of packing, each with true if it is evaluated at warped positions.
     fn fractals(&self, is_warped: bool) -> impl Iterator<Item = (&StridedFractal, bool)> {
         let displacements = self.warp.iter().flat_map(|warp| [(&warp.east, false), (&warp.south, false)]);
         let terms = self
@@ -111,21 +113,21 @@ impl NoiseRelief {
 }
 
 impl Block {
-    /// Where the relief begins that its heights are of.
+    /// Returns the offset of the packed relief that the heights belong to.
     pub fn relief(&self) -> u32 {
         self.relief
     }
 }
 
 impl PackedRelief {
-    /// Adds a fractal, and says where it is.
+    /// Packs a fractal and returns its offset.
     fn fractal(&mut self, fractal: &StridedFractal, is_warped: bool) -> u32 {
         let at = self.words.len() as u32;
         fractal.pack(is_warped, &mut self.words, &mut self.block_words);
         at
     }
 
-    /// Adds a share, and says where it is.
+    /// Packs a mask and returns its offset.
     fn share(&mut self, share: &Share, is_warped: bool) -> u32 {
         let at = self.words.len() as u32;
         put(&mut self.words, [share.scale, share.shift]);
@@ -133,7 +135,7 @@ impl PackedRelief {
         at
     }
 
-    /// Adds a curve, and says where it is.
+    /// Packs a curve and returns its offset.
     fn curve(&mut self, curve: &Curve) -> u32 {
         let at = self.words.len() as u32;
         curve.pack(&mut self.words);

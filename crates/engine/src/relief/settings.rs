@@ -1,4 +1,4 @@
-//! What an author says about relief of noise.
+//! Settings of relief made of noise.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,16 +12,17 @@ use crate::recipe::{HEIGHT_LIMIT_M, WAVELENGTH_M};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseTerm {
-    /// How the octaves combine.
+    /// Rule by which the octaves combine.
     pub kind: NoiseKind,
-    /// Metres that one unit of noise is high, -100,000 to 100,000.
+    /// Height in metres of one unit of noise, -100,000 to 100,000.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub height_m: f64,
     /// Metres added where the term applies, -100,000 to 100,000. Default: 0.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     #[serde(default)]
     pub base_m: f64,
-    /// Wavelength of the first octave in metres, 0.001 to 1,000,000,000; that of the last is no less than `spacing_m`. Default: 1400.
+    /// Wavelength of the first octave in metres, 0.001 to 1,000,000,000; that of the last is no less than `spacing_m`.
+    /// Default: 1400.
     #[schemars(range(min = WAVELENGTH_M[0], max = WAVELENGTH_M[1]))]
     #[serde(default = "thesis_wavelength_m")]
     pub wavelength_m: f64,
@@ -37,22 +38,23 @@ pub struct NoiseTerm {
     #[schemars(range(min = 1.5, max = 8))]
     #[serde(default = "thesis_lacunarity")]
     pub lacunarity: f64,
-    /// `ridged`, `hybrid` and `hetero` only: what is added to the noise (ridged: from what its absolute value is
-    /// taken), 0 to 4. Default: 0.7 for `hybrid`, else 1.
+    /// `ridged`, `hybrid` and `hetero` only: number added to the noise (for `ridged` the absolute value of the noise is
+    /// subtracted from it), 0 to 4. Default: 0.7 for `hybrid`, else 1.
     #[schemars(range(min = 0, max = 4))]
     pub offset: Option<f64>,
-    /// `ridged` only: how strongly an octave's signal lets the next one in, 0 to 16. Default: 2.
+    /// `ridged` only: strength with which an octave's signal lets the next octave in, 0 to 16. Default: 2.
     #[schemars(range(min = 0, max = 16))]
     pub gain: Option<f64>,
-    /// A piecewise linear map `[[in, out], ...]`, 2 to 64 points with numbers of -1000 to 1000, of the fractal's value, level beyond its ends. Default: the value
-    /// itself.
+    /// A piecewise linear map `[[in, out], ...]` of the fractal's value, 2 to 64 points with numbers of -1000 to 1000,
+    /// constant beyond its ends. Default: the value itself.
     #[schemars(length(min = 2, max = 64), inner(inner(range(min = -1000, max = 1000))))]
     pub curve: Option<Vec<[f64; 2]>>,
-    /// Where the term applies. Default: everywhere.
+    /// Mask of the area in which the term applies. Default: everywhere.
     pub mask: Option<Mask>,
 }
 
-/// How the octaves of a term combine. Based on: Ebert et al., *Texturing and Modeling*, chapter 16 (Musgrave).
+/// Rule by which the octaves of a term combine. Based on: Ebert et al., *Texturing and Modeling*, chapter 16
+/// (Musgrave).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum NoiseKind {
@@ -66,7 +68,7 @@ pub enum NoiseKind {
     Hetero,
 }
 
-/// Displacement of the points at which the noise is read.
+/// Domain warp: displacement of the positions at which the noise is evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WarpSettings {
@@ -77,16 +79,16 @@ pub struct WarpSettings {
     #[schemars(range(min = 1, max = 16))]
     #[serde(default = "default_octaves")]
     pub octaves: u32,
-    /// Metres that one unit of noise displaces, 0 to 100,000.
+    /// Displacement in metres of one unit of noise, 0 to 100,000.
     #[schemars(range(min = 0, max = HEIGHT_LIMIT_M))]
     pub distance_m: f64,
 }
 
-/// Where land is: the heights are the terms' where the mask is 1 and `floor_m` where it is 0.
+/// Distribution of land and sea: heights are those of the terms where the mask is 1, and `floor_m` where it is 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LandMask {
-    /// Where land is.
+    /// Mask of the land.
     pub mask: Mask,
     /// Height of the sea floor far from land, in metres, -100,000 to 100,000.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
@@ -94,14 +96,14 @@ pub struct LandMask {
 }
 
 impl LandMask {
-    /// Finds the first value that does not go with others.
+    /// Finds the first value that contradicts another one.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
         self.mask.check(&path.key("mask"), spacing_m)
     }
 }
 
 impl NoiseTerm {
-    /// Writes the defaults that depend on the kind into their places.
+    /// Fills in the defaults that depend on the kind.
     pub(crate) fn fill_defaults(&mut self) {
         let (dimension, offset, gain) = match self.kind {
             NoiseKind::Ridged => (2.0, Some(1.0), Some(2.0)),
@@ -114,7 +116,7 @@ impl NoiseTerm {
         self.gain = self.gain.or(gain);
     }
 
-    /// Finds the first value that does not go with others or that nothing would read.
+    /// Finds the first value that contradicts another one, or that a term of this kind does not use.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
         check_octaves(path, self.wavelength_m, self.octaves, self.lacunarity, spacing_m)?;
         let unread = |key: &str, kinds: &str| {
@@ -127,7 +129,7 @@ impl NoiseTerm {
         }
         match self.gain {
             Some(_) if self.kind != NoiseKind::Ridged => return unread("gain", "ridged"),
-            // Nearly nothing would turn into a step between weights of 0 and 1.
+            // A gain that is almost 0 would turn into a step between weights of 0 and 1.
             Some(gain) if gain != 0.0 && gain < 1e-6 => {
                 return Err(path.key("gain").fault("expected 0, or 0.000001 or more", "").found(gain));
             }
@@ -136,7 +138,7 @@ impl NoiseTerm {
         if let Some(curve) = &self.curve {
             let path = path.key("curve");
             for (index, point) in curve.iter().enumerate() {
-                // Nearer points would make a step that is finer than the noise itself.
+                // Nearer points would make a step finer than the noise itself.
                 if index > 0 && point[0] - curve[index - 1][0] < 1e-4 {
                     let message =
                         format!("the inputs of a curve must rise by 0.0001 or more, but {} does not", point[0]);
@@ -147,7 +149,7 @@ impl NoiseTerm {
         self.mask.as_ref().map_or(Ok(()), |mask| mask.check(&path.key("mask"), spacing_m))
     }
 
-    /// The fractal of this term, whose defaults are filled in.
+    /// Returns the fractal of this term, whose defaults must be filled in.
     pub(crate) fn fractal(&self) -> FractalSpec {
         let filled = "fill_defaults has run";
         let kind = match self.kind {
@@ -169,7 +171,8 @@ impl NoiseTerm {
 }
 
 impl WarpSettings {
-    /// Finds the first value that does not go with others; the finest octave of all `noises` must follow the warp.
+    /// Finds the first value that contradicts another one. The finest octave of all `noises` limits the length of the
+    /// warp.
     pub(crate) fn check(
         &self,
         path: &KeyPath,
@@ -188,13 +191,13 @@ impl WarpSettings {
         Err(path.key("distance_m").fault(message, "a smaller distance_m, or fewer octaves in the terms"))
     }
 
-    /// The noise of each of the two displacements.
+    /// Returns the noise of each of the two displacements.
     pub(crate) fn fractal(&self) -> FractalSpec {
         plain(self.wavelength_m, self.octaves)
     }
 }
 
-// The thesis' table 4.1 and the scale of its coordinates.
+// From the thesis' table 4.1, and the scale of its coordinates.
 fn thesis_octaves() -> u32 {
     8
 }

@@ -1,8 +1,9 @@
-//! Fractals at the nodes of a stride: with the octaves that these show, and the others in the mean.
+//! Fractals at the nodes of a stride: they keep the octaves that the nodes can show, and replace the others by their
+//! mean.
 //!
-//! What an octave adds may depend on those before it, and need not be zero in the mean. So what the whole fractal is, given
-//! what is left of it, is found by looking: at places far from each other both are computed, and the straight line that fits
-//! them best says the rest.
+//! The contribution of an octave may depend on the octaves before it, and its mean need not be zero. So the mean of the
+//! whole fractal, given the kept octaves, is found by sampling: both are computed at places far from each other, and a
+//! straight line is fitted to the pairs (linear regression).
 
 use crate::area::{Area, Stride};
 use crate::hash;
@@ -10,23 +11,23 @@ use crate::hash;
 use crate::noise::packed::put;
 use crate::noise::{Fractal, FractalSpec};
 
-/// Nodes that a wave is long at least that they show.
+/// Shortest wavelength, in nodes, of an octave that is kept.
 const LEAST_WAVE: f64 = 2.0;
 
-/// Places at which the whole fractal is looked at: so many that the mean is off by a hundredth of what heights differ by.
+/// Number of sample places: so many that the error of the mean is about a hundredth of the spread of heights.
 const PLACES: u64 = 4096;
 
 /// A fractal at the nodes of a stride.
 #[derive(Clone, Debug)]
 pub(super) struct StridedFractal {
-    /// `None` where no octave shows.
+    /// The kept octaves; `None` if no octave is kept.
     shown: Option<Fractal>,
-    /// What becomes of its values, to be what the whole one is in the mean; `None` where all octaves show.
+    /// Map from the kept octaves to the mean of the whole fractal; `None` if all octaves are kept.
     mean: Option<Mean>,
     bounds: (f32, f32),
 }
 
-/// `value * scale + shift`.
+/// The linear map `value * scale + shift`.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
     scale: f32,
@@ -34,7 +35,7 @@ struct Mean {
 }
 
 impl StridedFractal {
-    /// The fractal on a lattice of vertices of this spacing, at the nodes of a stride.
+    /// Makes the fractal at the nodes of a stride, on a lattice with this spacing of vertices.
     pub fn new(spec: &FractalSpec, spacing_m: f64, stride: Stride, seed: u64) -> StridedFractal {
         let whole = Fractal::new(spec, spacing_m, seed);
         let (bounds, node_m) = (whole.bounds(), spacing_m * stride.vertices() as f64);
@@ -50,19 +51,19 @@ impl StridedFractal {
         StridedFractal { shown: (octaves > 0).then(|| Fractal::new(&spec, node_m, seed)), mean, bounds }
     }
 
-    /// A fractal all of whose octaves show, or zero.
+    /// Wraps a fractal of which all octaves are kept, or the constant zero for `None`.
     #[cfg(feature = "gpu")]
     pub fn of(fractal: Option<Fractal>) -> StridedFractal {
         let bounds = fractal.as_ref().map_or((0.0, 0.0), Fractal::bounds);
         StridedFractal { shown: fractal, mean: None, bounds }
     }
 
-    /// The bounds of the whole fractal, which its mean does not leave either.
+    /// Returns the bounds of the whole fractal, which also hold for the replacement by the mean.
     pub fn bounds(&self) -> (f32, f32) {
         self.bounds
     }
 
-    /// Adds the fractal as words, the mean before its octaves, and to `block_words` what each block has for itself.
+    /// Packs the fractal, with the mean before its octaves, and adds the number of words per block to `block_words`.
     #[cfg(feature = "gpu")]
     pub fn pack(&self, is_warped: bool, words: &mut Vec<u32>, block_words: &mut usize) {
         words.push(self.mean.is_some().into());
@@ -75,7 +76,7 @@ impl StridedFractal {
         }
     }
 
-    /// Adds what the block has for itself whose first vertex is given.
+    /// Adds the words of the block that begins at vertex `first`.
     #[cfg(feature = "gpu")]
     pub fn pack_block(&self, is_warped: bool, first: (i64, i64), words: &mut Vec<u32>) {
         if let Some(fractal) = &self.shown {
@@ -83,7 +84,8 @@ impl StridedFractal {
         }
     }
 
-    /// Fills `out` with the values at the nodes of an area, displaced by metres if that is asked for.
+    /// Computes the values at the nodes of an area into `out`, at positions displaced by metres if `displaced` is
+    /// given.
     pub fn fill(&self, area: Area, displaced: Option<[&[f32]; 2]>, out: &mut [f32]) {
         match (&self.shown, displaced) {
             (Some(fractal), Some([east, south])) => fractal.fill_warped(area, east, south, out),
@@ -99,11 +101,11 @@ impl StridedFractal {
 }
 
 impl Mean {
-    /// What the whole fractal is in the mean, by what is left of it.
+    /// Fits the mean of the whole fractal as a linear function of the octaves that are left.
     fn new(whole: &Fractal, left: Option<&Fractal>, seed: u64) -> Mean {
         let mut pairs = Vec::with_capacity(PLACES as usize);
         for place in 0..PLACES {
-            // Within so much of the origin that places are as exact as any.
+            // Near enough to the origin that positions are exact.
             let [x, y] = [0, 1].map(|axis| (hash::combine(seed, 2 * place + axis) >> 40) as i64);
             let at = Area::new(x, y, 1, 1);
             let value = |fractal: &Fractal| {

@@ -1,27 +1,27 @@
-//! Levels: the sets of vector instructions that there are, and which of them this CPU has.
+//! Levels: the supported sets of vector instructions, and the choice of one that this CPU has.
 
 use std::sync::OnceLock;
 
 /// A set of vector instructions, from the narrowest to the widest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
-    /// Arrays of the language: the reference, and NEON on aarch64.
+    /// Plain arrays: the reference, compiled to NEON on aarch64.
     Scalar,
     /// 4 lanes; every x86-64 CPU.
     Sse2,
     /// 8 lanes.
     Avx2,
-    /// 16 lanes (F, BW, DQ and VL, as all CPUs since Skylake-X have them together).
+    /// 16 lanes (F, BW, DQ and VL, which all CPUs since Skylake-X have together).
     Avx512,
 }
 
 impl Level {
-    /// The environment variable that forces a level.
+    /// Environment variable that forces a level.
     pub const VARIABLE: &str = "TERRANE_SIMD";
-    /// All levels, known to this CPU or not.
+    /// All levels, available on this CPU or not.
     pub const ALL: [Level; 4] = [Level::Scalar, Level::Sse2, Level::Avx2, Level::Avx512];
 
-    /// The name, as written in the environment variable.
+    /// Returns the name, as written in the environment variable.
     pub fn name(self) -> &'static str {
         match self {
             Level::Scalar => "scalar",
@@ -31,7 +31,7 @@ impl Level {
         }
     }
 
-    /// Whether this CPU has the level.
+    /// True if this CPU has the level.
     pub fn is_available(self) -> bool {
         match self {
             Level::Scalar => true,
@@ -41,7 +41,7 @@ impl Level {
             Level::Avx2 => is_x86_feature_detected!("avx2"),
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => {
-                // All that `run_avx512` enables: it must not run where one is missing.
+                // All features that `run_avx512` enables: it must not run if one is missing.
                 is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512bw")
                     && is_x86_feature_detected!("avx512dq")
@@ -52,21 +52,21 @@ impl Level {
         }
     }
 
-    /// The levels that this CPU has, narrowest first; never empty.
+    /// Returns the levels that this CPU has, narrowest first; never empty.
     pub fn available() -> Vec<Level> {
         Level::ALL.into_iter().filter(|level| level.is_available()).collect()
     }
 
-    /// The level that [`dispatch`](crate::simd::dispatch) uses: the one named by `TERRANE_SIMD`, or else the widest
-    /// available.
+    /// Returns the level that [`dispatch`](crate::simd::dispatch) uses: the one named by `TERRANE_SIMD`, or else the
+    /// widest available.
     ///
     /// # Errors
-    /// A sentence for the user, if the variable names no level or one that this CPU lacks.
+    /// A sentence for the user, if the variable names an unknown level or one that this CPU lacks.
     pub fn chosen() -> Result<Level, String> {
         static CHOSEN: OnceLock<Result<Level, String>> = OnceLock::new();
         CHOSEN
             .get_or_init(|| match std::env::var_os(Level::VARIABLE) {
-                // An empty variable is one that is not set.
+                // An empty variable counts as not set.
                 None => Ok(Level::widest()),
                 Some(name) if name.is_empty() => Ok(Level::widest()),
                 Some(name) => Level::from_name(&name.to_string_lossy()),

@@ -53,18 +53,18 @@ pub use level::Level;
 
 /// A computation over lanes, with its inputs and outputs as fields.
 pub trait Kernel {
-    /// What it returns.
+    /// Type of the result.
     type Output;
     /// Runs with the lanes of one level. Must be `#[inline(always)]`, see the module.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
-/// Runs a kernel at the level that [`Level::chosen`] names.
+/// Runs a kernel at the level that [`Level::chosen`] returns.
 ///
 /// # Panics
-/// If the environment variable is bad; call [`Level::chosen`] first to report that to a user.
+/// If the environment variable is invalid; call [`Level::chosen`] first to report that to a user.
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    // Looked at once: a kernel may be as small as a row of pixels.
+    // Checked once only, because a kernel may be as small as a row of pixels.
     static CHECKED: OnceLock<Level> = OnceLock::new();
     let level = *CHECKED.get_or_init(|| Level::chosen().unwrap_or_else(|message| panic!("{message}")));
     dispatch_checked(level, kernel)
@@ -79,7 +79,7 @@ pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
     dispatch_checked(level, kernel)
 }
 
-/// `level` must be available.
+/// Runs a kernel at a level, which must be available.
 fn dispatch_checked<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level {
         Level::Scalar => run_on(kernel, scalar::Scalar::new()),
@@ -96,8 +96,8 @@ fn dispatch_checked<K: Kernel>(level: Level, kernel: K) -> K::Output {
     }
 }
 
-/// A function of its own for the levels that need no target feature: inlined into the match above, their frames would
-/// add up with those of the others, and without optimisation that is more than a thread's stack.
+/// A separate function for levels that need no target feature. Inlined into the match above, the stack frames of all
+/// levels would add up, and without optimisation exceed a thread's stack.
 #[inline(never)]
 fn run_on<K: Kernel, S: Simd>(kernel: K, simd: S) -> K::Output {
     kernel.run(simd)

@@ -4,7 +4,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::{Level, MAX_LANES, Simd};
 
-/// Four lanes: one NEON or SSE register, which the compiler finds reliably.
+/// Four lanes, as in a NEON or SSE register: the compiler vectorizes such arrays reliably.
 const LANES: usize = 4;
 
 #[derive(Clone, Copy)]
@@ -23,12 +23,12 @@ pub struct U32(pub(super) [u32; LANES]);
 #[derive(Clone, Copy)]
 pub struct Mask([bool; LANES]);
 
-/// An array whose lane `i` is the expression.
+/// Makes an array whose lane `i` is the value of the expression.
 macro_rules! each_lane {
     ($i:ident => $lane:expr) => {{
-        // No loop, which the compiler would unroll for each operation of each kernel: two thirds of the time that all
-        // of them took to compile.
-        // And no `array::from_fn`: closures keep kernels from being inlined whole.
+        // Without a loop, because the compiler would unroll one for each operation of each kernel, which took two
+        // thirds of all kernels' compile time. Without `array::from_fn`, because closures keep kernels from being
+        // inlined whole.
         const _: () = assert!(LANES == 4);
         [
             {
@@ -93,7 +93,7 @@ negation!(F32, Neg, neg, |a| -a);
 negation!(U32, Not, not, |a| !a);
 negation!(Mask, Not, not, |a| !a);
 
-/// Methods of which each lane of the result is an expression of the same lane of all arguments.
+/// Defines methods in which each lane of the result is computed from the same lane of all arguments.
 macro_rules! by_lane {
     ($(fn $method:ident($($a:ident: $type:ident),+) -> $result:ident { $lane:expr })*) => {
         $(#[inline(always)]

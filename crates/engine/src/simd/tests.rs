@@ -1,8 +1,8 @@
-//! Every level gives the bits of the reference.
+//! Every level must give the bits of the reference.
 
 use super::*;
 
-/// Runs every operation on awkward values and returns the bits of all results.
+/// Runs every operation on special and ordinary values and returns the bits of all results.
 struct EveryOperation;
 
 impl Kernel for EveryOperation {
@@ -78,12 +78,14 @@ impl Kernel for EveryOperation {
     }
 }
 
-/// The bits of a float as they are; of what is no number Miri chooses some by chance, as the language allows.
+/// Returns the bits of a float, with a fixed pattern for NaN under Miri, which chooses the bits of a NaN at random, as
+/// the language allows.
 fn told(bits: u32) -> u32 {
     if cfg!(miri) && f32::from_bits(bits).is_nan() { f32::NAN.to_bits() } else { bits }
 }
 
-/// `cargo +nightly miri test --lib --no-default-features -- simd::`, with `RUSTFLAGS="-C target-feature=+avx2"` for more of them.
+/// To test for undefined behaviour: `cargo +nightly miri test --lib --no-default-features -- simd::`, with
+/// `RUSTFLAGS="-C target-feature=+avx2"` to include AVX2.
 #[test]
 fn every_level_has_the_bits_of_the_reference() {
     let reference = dispatch_at(Level::Scalar, EveryOperation);

@@ -1,10 +1,12 @@
-//! Flow accumulation: how much land drains through each vertex, from a bounded way upstream.
+//! Flow accumulation: how much land drains through each vertex, within a bounded distance upstream.
 //!
-//! Water parts among all lower neighbours, the more goes down a way the steeper that is, and is followed for so many steps and
-//! no further. So a vertex depends on what lies within as many vertices and on nothing else: any window finds the same, to the
-//! bit. On hillsides, which are shorter, that is all there is; what rivers bring from further away, those who know it add.
+//! The water of a vertex is divided among all lower neighbours; a steeper way gets more. It is followed for [`STEPS`]
+//! steps and no further. So the value of a vertex depends only on the vertices within that distance, and any window
+//! finds the same value, to the bit. Hillsides are shorter than that, so their values are complete; callers add what
+//! rivers bring from further away.
 //!
-//! Based on: P. Holmgren, "Multiple flow direction algorithms for runoff modelling in grid based elevation models", 1994.
+//! Based on: P. Holmgren, "Multiple flow direction algorithms for runoff modelling in grid based elevation models",
+//! 1994.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -12,23 +14,24 @@ use crate::area::Area;
 use crate::grid::Grid;
 use crate::simd::{Kernel, Simd, dispatch};
 
-/// Steps from vertex to vertex for which water is followed.
+/// Number of steps from vertex to vertex for which water is followed.
 pub(super) const STEPS: usize = 64;
 
-/// The ways to the neighbours, east and south: as they are on the page.
+/// Offsets to the eight neighbours, east and south, row by row from the north-western one.
 const WAYS: [[i64; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
-/// The area of land that the accumulation of an area is made of.
+/// Returns the area of heights that the accumulation of an area depends on.
 pub(super) const fn input(area: Area) -> Area {
     area.padded(STEPS + 1)
 }
 
-/// How many vertices' squares of land drain through each vertex of an area within [`STEPS`], its own among them.
+/// Returns how many vertices drain through each vertex of an area within [`STEPS`] steps, itself included. A vertex
+/// counts for the square of land around it.
 ///
-/// `levels_m` are heights of the ground, or of the water on it. Hollows keep what comes to them.
+/// `levels_m` are the heights of the ground, or of the water on it. Water that flows into a hollow stays there.
 ///
 /// # Panics
-/// When `levels_m` does not hold the area's input.
+/// When `levels_m` does not hold the area's [`input`].
 pub(super) fn accumulation(levels_m: &Grid<f32>, area: Area) -> Grid<f32> {
     let wide = area.padded(STEPS);
     let mut shares = WAYS.map(|_| Grid::filled(wide, 0.0));
@@ -42,7 +45,7 @@ pub(super) fn accumulation(levels_m: &Grid<f32>, area: Area) -> Grid<f32> {
     drained
 }
 
-/// Parts the water of each vertex among its neighbours: by the fourth power of how steep the ways to them are.
+/// Divides the water of each vertex among its neighbours, by the fourth power of the slopes towards them.
 struct Part<'a> {
     levels_m: &'a Grid<f32>,
     shares: &'a mut [Grid<f32>; 8],
@@ -76,7 +79,7 @@ impl Kernel for Part<'_> {
                     steepest = simd.max(steepest, falls[way]);
                     way += 1;
                 }
-                // Of the steepest, so that no power is too small for a float.
+                // Relative to the steepest slope, so that no power underflows.
                 let whole = simd.max(steepest, least);
                 let mut sum = zero;
                 way = 0;
@@ -87,7 +90,7 @@ impl Kernel for Part<'_> {
                     sum = sum + falls[way];
                     way += 1;
                 }
-                // The steepest has 1 of it; where there is none, all have nothing.
+                // The steepest way adds 1 to the sum; if no way goes down, all shares are 0.
                 let sum = simd.max(sum, one);
                 way = 0;
                 while way < 8 {
@@ -99,7 +102,7 @@ impl Kernel for Part<'_> {
     }
 }
 
-/// One step: what drains through a vertex is its own square, and what its neighbours send of what drains through them.
+/// One step: through each vertex drains its own square of land, and the shares that its neighbours send on.
 struct Step<'a> {
     shares: &'a [Grid<f32>; 8],
     from: &'a Grid<f32>,
@@ -118,7 +121,7 @@ impl Kernel for Step<'_> {
             let rows = [y - 1, y, y + 1].map(|y| self.from.row(y, x0 - 1, x1 + 1));
             let mut sent: [&[f32]; 8] = [&[]; 8];
             for (way, [east, south]) in WAYS.into_iter().enumerate() {
-                // The neighbour there sends it back the same way.
+                // The neighbour's share for the opposite way, back to this vertex.
                 sent[way] = self.shares[7 - way].row(y + south, x0 + east, x1 + east);
             }
             let to = self.to.row_mut(y, x0, x1);
@@ -155,23 +158,24 @@ mod tests {
     #[test]
     fn a_plane_drains_straight_and_a_valley_gathers() {
         let area = Area::new(-9, 4, 18, 33);
-        // It falls to the south: a vertex has those above it, but for what goes aslant, which comes as much from both sides.
+        // The plane falls to the south: a vertex drains the vertices north of it; the diagonal shares of both sides
+        // balance.
         let plane = accumulation(&land(input(area), |_, y| -2.0 * y as f32), area);
         let expected = STEPS as f32 + 1.0;
         assert!(plane.values().iter().all(|drained| (drained - expected).abs() < 0.01), "{:?}", &plane.values()[..4]);
-        // With sides, a valley has much more than they.
+        // A valley gathers much more than its sides.
         let valley = accumulation(&land(input(area), |x, y| x.abs() as f32 - 0.5 * y as f32), area);
         assert!(valley.at(0, 20) > 20.0 * valley.at(8, 20), "{} and {}", valley.at(0, 20), valley.at(8, 20));
     }
 
     #[test]
     fn no_water_is_lost_or_made() {
-        // A basin within the area: all that drains to its floor is the land within so many steps.
+        // A basin within the area: all land within reach drains to its floor.
         let area = Area::new(-40, -40, 81, 81);
         let bowl = |x: i64, y: i64| (x * x + y * y).min(1600) as f32;
         let drained = accumulation(&land(input(area), bowl), area);
         let within = input(area).vertices().filter(|(x, y)| x * x + y * y <= 1600).count() as f32;
-        // Beyond the rim it is level, and drains nowhere but over the rim.
+        // Beyond the rim the land is level: it drains only where it touches the rim.
         assert!(
             drained.at(0, 0) > 0.95 * within && drained.at(0, 0) < 1.1 * within,
             "{} of {within}",
@@ -193,7 +197,7 @@ mod tests {
         heights.fill_outside(input(area), f32::NAN);
         assert_eq!(accumulation(&heights, area), expected);
         assert_eq!(accumulation(&heights.part(input(area)), area), expected);
-        // Another window has the same.
+        // Another window finds the same values.
         let part = Area::new(-3, 10, 16, 16);
         assert_eq!(accumulation(&heights, part), expected.part(part));
     }

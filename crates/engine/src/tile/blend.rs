@@ -1,4 +1,4 @@
-//! The blend map: what the ground of each vertex is made of.
+//! The blend map: the ground materials of each vertex, with their weights.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -13,7 +13,7 @@ use crate::tile::surroundings::{self, GroundSurroundings};
 /// A ground material of the blend map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Material {
-    /// What is left where nothing else lies.
+    /// Grass, where no other material lies.
     Grass,
     /// Bare soil on slopes.
     Dirt,
@@ -21,7 +21,7 @@ pub enum Material {
     Rock,
     /// Sand by the sea.
     Sand,
-    /// Snow on heights, further down where the sun does not reach.
+    /// Snow at great heights, and further down on slopes that face away from the sun.
     Snow,
     /// Trees, up to the tree line.
     Forest,
@@ -32,7 +32,7 @@ pub enum Material {
 }
 
 impl Material {
-    /// All materials, in the order of their channels: four in the ground words, then four in the cover words.
+    /// All materials in the order of their channels: four in the ground words, then four in the cover words.
     pub const ALL: [Material; 8] = [
         Material::Grass,
         Material::Dirt,
@@ -44,7 +44,8 @@ impl Material {
         Material::Wetland,
     ];
 
-    /// Whether a ground can have it: the first five every ground, the others where its settings ask for them.
+    /// Tells whether a ground may have the material: every ground has the first five, the others only if its settings
+    /// ask for them.
     pub fn is_of(self, ground: &GroundSettings) -> bool {
         match self {
             Material::Forest => ground.forest_m.is_some(),
@@ -54,7 +55,7 @@ impl Material {
         }
     }
 
-    /// The name in files.
+    /// Returns the name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Material::Grass => "grass",
@@ -69,13 +70,14 @@ impl Material {
     }
 }
 
-/// Vertices that a meadow is level all around.
+/// Distance in vertices of the four places around a vertex that must be about as high for it to count as meadow.
 const FLOOR: i64 = 3;
 
-/// Metres of ice that let no ground be seen.
+/// Thickness of ice in metres from which on no ground shows through.
 const WHOLE_ICE_M: f32 = 5.0;
 
-/// The area of land that the weights of an area are made of: mud lies beside water too, and further what the settings say.
+/// Returns the area of heights and water that the weights of an area depend on. Mud beside water needs one vertex more,
+/// and forest, scree and wetland need what the settings say.
 pub(super) fn input(ground: &GroundSettings, area: Area) -> Area {
     if ground.scree.is_some() || ground.wet_m.is_some() {
         surroundings::input(area).hull(&area.padded(FLOOR as usize))
@@ -86,7 +88,7 @@ pub(super) fn input(ground: &GroundSettings, area: Area) -> Area {
     }
 }
 
-/// How much of each material every vertex has; the weights of a vertex sum to exactly 255.
+/// Weights of all materials at every vertex; the weights of a vertex sum to exactly 255.
 #[derive(Debug)]
 pub struct Blend {
     ground: Grid<u32>,
@@ -94,10 +96,10 @@ pub struct Blend {
 }
 
 impl Blend {
-    /// The blend weights of all vertices that have a normal, on land with that water.
+    /// Computes the blend weights of all vertices that have a normal, on land with the given water.
     ///
     /// # Panics
-    /// When `heights` or `water` does not hold all that the weights are made of.
+    /// When `heights` or `water` does not hold the whole input of the area.
     pub fn new(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, normals: &Normals) -> Blend {
         let area = normals.up().area();
         let mut blend = Blend { ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
@@ -116,13 +118,13 @@ impl Blend {
         blend
     }
 
-    /// The weights that a kernel elsewhere has computed, as words of the ground and of the cover.
+    /// Takes over weights that a kernel on another device has computed, as words of the ground and of the cover.
     #[cfg(feature = "gpu")]
     pub(crate) fn of_words(ground: Grid<u32>, cover: Grid<u32>) -> Blend {
         Blend { ground, cover }
     }
 
-    /// Lays the sand of rivers and then the dirt of roads over what is there.
+    /// Covers the ground with the sand of rivers, and then with the dirt of roads.
     pub(super) fn cover_with(&mut self, imprint: &Imprint) {
         if let Some(sand) = imprint.sand() {
             self.lay(Material::Sand, sand);
@@ -132,7 +134,7 @@ impl Blend {
         }
     }
 
-    /// Lays a share of a material over what is there.
+    /// Covers a share of each vertex's ground with a material.
     fn lay(&mut self, material: Material, shares: &Grid<f32>) {
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
@@ -146,7 +148,7 @@ impl Blend {
         }
     }
 
-    /// Lays snow on glaciers.
+    /// Covers glaciers with snow.
     fn lay_ice(&mut self, ice_m: &Grid<f32>) {
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
@@ -160,13 +162,14 @@ impl Blend {
         }
     }
 
-    /// Lays gravel and mud on the beds of rivers and lakes and on the bars of rivers, and mud or wet ground next to them.
+    /// Covers the beds of rivers and of the sea and the bars of rivers with sand, the beds of lakes with dirt, and the
+    /// ground next to rivers and lakes with dirt or wetland.
     fn wet(&mut self, rule: &GroundRule, water: &Water) {
         let rim = if rule.wet.is_some() { Material::Wetland } else { Material::Dirt };
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
             let rows = [y - 1, y, y + 1].map(|y| water.kind.row(y, x0 - 1, x1 + 1));
-            // Most rows have water in few places.
+            // Find the range of columns with water or flow first, since most rows have water in few places.
             let is_wet = |kind: &WaterKind| *kind != WaterKind::Dry;
             let flows = water.flow_m3s.row(y, x0 - 1, x1 + 1);
             let is_flow = |flow_m3s: &f32| *flow_m3s > 0.0;
@@ -178,12 +181,12 @@ impl Blend {
             let cover = &mut self.cover.row_mut(y, x0, x1)[columns.clone()];
             for (column, (ground, cover)) in columns.zip(ground.iter_mut().zip(cover)) {
                 let around = rows.iter().flat_map(|row| &row[column..column + 3]);
-                // Of the vertex and its eight neighbours.
+                // Number of vertices with a river or a lake, out of the vertex and its eight neighbours.
                 let wet = around.filter(|kind| matches!(kind, WaterKind::River | WaterKind::Lake)).count();
                 let (material, share) = match rows[1][column + 1] {
                     WaterKind::River | WaterKind::Sea => (Material::Sand, 1.0),
                     WaterKind::Lake => (Material::Dirt, 1.0),
-                    // A bar lies in a river's bed.
+                    // A dry vertex with flow is a bar in a river's bed.
                     WaterKind::Dry if flows[column + 1] > 0.0 => (Material::Sand, 1.0),
                     WaterKind::Dry => (rim, wet as f32 / 9.0),
                 };
@@ -204,7 +207,7 @@ impl Blend {
         &self.cover
     }
 
-    /// The weight of a material at a vertex, 0 to 255.
+    /// Returns the weight of a material at a vertex, 0 to 255.
     ///
     /// # Panics
     /// When the vertex is outside the area.
@@ -217,7 +220,7 @@ impl Blend {
     }
 }
 
-/// Weighs the materials; with `AROUND`, those too that depend on what lies around a vertex.
+/// Weighs the materials; with `AROUND`, also the materials that depend on the surroundings of a vertex.
 struct Weigh<'a, const AROUND: bool> {
     rule: &'a GroundRule,
     heights: &'a Grid<f32>,
@@ -255,7 +258,7 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
                 let height = simd.load(&heights[from..]);
                 let south = simd.load(&souths[from..]);
                 let steepness = steepness(simd, simd.load(&ups[from..]), rule);
-                // Each material takes its share of what the ones above it have left.
+                // Each material takes its share of the weight that the materials above it have left.
                 let snow_height = height - south * simd.splat(rule.snow_north_m);
                 let snow = ramp(simd, snow_height, rule.snow) * (one - ramp(simd, steepness, rule.snow_slides));
                 let (snow, mut left) = take(simd, simd.splat_u32(255), snow);
@@ -293,12 +296,12 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
     }
 }
 
-/// What makes what a way rises to the end of a meadow a slope.
+/// Returns the factor that turns a difference in height over [`FLOOR`] vertices into a slope.
 pub(super) fn floor_scale(half_per_spacing: f32) -> f32 {
     2.0 * half_per_spacing / FLOOR as f32
 }
 
-/// The steepest of the ways from vertices to those [`FLOOR`] to their north, west, east and south.
+/// Returns the greatest steepness from vertices to those [`FLOOR`] vertices to the north, west, east and south.
 #[inline(always)]
 fn steepest_around<S: Simd>(simd: S, rows: &[&[f32]; 3], from: usize, rule: &GroundRule) -> S::F32 {
     let (one, pad) = (simd.splat(1.0), FLOOR as usize);
@@ -312,14 +315,15 @@ fn steepest_around<S: Simd>(simd: S, rows: &[&[f32]; 3], from: usize, rule: &Gro
     steepness(simd, one / simd.sqrt(rise * rise + one), rule)
 }
 
-/// Splits whole weights: (`share` of `weight`, rounded; the rest).
+/// Splits whole weights: returns (`share` of `weight`, rounded; the rest).
 #[inline(always)]
 fn take<S: Simd>(simd: S, weight: S::U32, share: S::F32) -> (S::U32, S::U32) {
     let taken = simd.truncate_to_i32(simd.i32_to_f32(weight) * share + simd.splat(0.5));
     (taken, weight - taken)
 }
 
-/// The words of a vertex when a material covers a share of it: each weight gives up that share.
+/// Covers a share of a vertex with a material: each weight gives up that share. Returns the new words of ground and
+/// cover.
 fn covered(ground: u32, cover: u32, material: Material, share: f32) -> (u32, u32) {
     let parts = (share * 255.0 + 0.5) as u32;
     let (mut given, mut weights) = (0, [ground.to_le_bytes(), cover.to_le_bytes()]);
@@ -338,7 +342,7 @@ mod tests {
 
     #[test]
     fn snow_lies_lower_where_the_sun_does_not_reach() {
-        // A ridge from west to east whose sides are as steep as they are wide, 1 m between vertices.
+        // A ridge from west to east with sides of 45 degrees, 1 m between vertices.
         let area = Area::new(0, -400, 16, 801);
         let mut heights = Grid::filled(area.padded(1), 0.0);
         for y in area.y0 - 1..=area.y1 {
@@ -354,7 +358,7 @@ mod tests {
             };
             let blend = Blend::new(&GroundRule::new(&ground, None, 1.0, 1), &heights, None, &normals);
             let snowy = |y: &i64| blend.weight(Material::Snow, 3, *y) > 127;
-            // On the northern side and on the southern one.
+            // On the northern side and on the southern side.
             [(-400..0).find(snowy), (1..=400).rev().find(snowy)].map(|y| heights.at(3, y.unwrap()))
         };
         let [[north, south], [shady, sunny], [hot, cold]] = [0.0, 100.0, -100.0].map(lowest_snow_m);
@@ -363,7 +367,7 @@ mod tests {
         assert_eq!([hot, cold], [sunny, shady]);
     }
 
-    /// A ground with all materials, for land of a metre a vertex.
+    /// Returns ground settings with all materials, for land with a metre between vertices.
     fn everything() -> GroundSettings {
         GroundSettings {
             slope_scale: 2.0,
@@ -377,7 +381,7 @@ mod tests {
         }
     }
 
-    /// The weights of land that is made by the metre, a metre a vertex.
+    /// Returns the weights of land given by functions for height and flow, with a metre between vertices.
     fn weights(area: Area, height_m: impl Fn(i64, i64) -> f32, flow_m3s: impl Fn(i64, i64) -> f32) -> Blend {
         let ground = everything();
         let wide = input(&ground, area);
@@ -402,7 +406,8 @@ mod tests {
 
     #[test]
     fn scree_lies_below_cliffs() {
-        // A gentle slope, a cliff that falls twice as far as it is wide, a slope of 31 degrees, and level ground.
+        // From the north: a gentle slope, a cliff that falls twice as far as it is wide, a slope of 31 degrees, and
+        // level ground.
         let area = Area::new(0, -30, 64, 90);
         let down = |y: i64, from: i64, to: i64| (y.clamp(from, to) - from) as f32;
         let slope_m = |y: i64| 0.25 * down(y, -60, 0) + 2.0 * down(y, 0, 10) + 0.6 * down(y, 10, 40);
@@ -415,7 +420,7 @@ mod tests {
 
     #[test]
     fn forest_ends_at_the_tree_line_and_at_cliffs() {
-        // It rises for 20 degrees to the south, and has cliffs in the east.
+        // The land rises to the south at 20 degrees, and has cliffs in the east.
         let area = Area::new(0, 0, 64, 1400);
         let blend = weights(area, |x, y| 0.36 * y as f32 + 3.0 * (x - 40).max(0) as f32, |_, _| 0.0);
         let forest = |x, y| blend.weight(Material::Forest, x, y);
@@ -437,7 +442,7 @@ mod tests {
         };
         let [brook, river] = [0.02, 2.0].map(width);
         assert!(brook >= 2.0 && river > brook + 2.0, "{brook} and {river} vertices");
-        // No water climbs a bank.
+        // Wet ground does not climb a bank.
         let blend = weights(area, |x, _| 500.0 + 3.0 * x.max(0) as f32, |x, _| if x == 0 { 2.0 } else { 0.0 });
         assert!(area.vertices().all(|(x, y)| x < 2 || blend.weight(Material::Wetland, x, y) == 0));
     }

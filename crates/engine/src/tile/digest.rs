@@ -1,4 +1,4 @@
-//! What a tile is, as hashes: the cheapest proof that two of them agree.
+//! Digests: hashes of a tile's parts, the cheapest proof that two tiles agree.
 
 use std::fmt;
 
@@ -14,9 +14,10 @@ use crate::tile::Tile;
 pub enum TilePart {
     /// Heights in metres, as 32-bit floats, row by row.
     Heights,
-    /// Normals: all of east, then of up, of south, as 32-bit floats.
+    /// Normals as 32-bit floats: all east components, then all up, then all south.
     Normals,
-    /// Blend weights, a byte each: of all vertices grass, dirt, rock, sand, and then of all snow, forest, scree, wetland.
+    /// Blend weights, a byte each: grass, dirt, rock and sand of all vertices, then snow, forest, scree and wetland of
+    /// all.
     Blend,
     /// Kinds of water, a byte each: 0 none, 1 river, 2 lake, 3 sea.
     Water,
@@ -24,16 +25,16 @@ pub enum TilePart {
     Depth,
     /// Discharges in cubic metres a second, as 32-bit floats.
     Flow,
-    /// Whether vertices lie in the bed of a channel, a byte each.
+    /// Beds of channels, a byte each: 1 where a vertex lies in a bed, else 0.
     Beds,
-    /// The rivers and roads that concern the tile, whole.
+    /// The rivers and roads that concern the tile, each whole.
     Lines,
-    /// The settlements on it.
+    /// The settlements on the tile.
     Sites,
 }
 
 impl TilePart {
-    /// All parts, in the order in which lists have them.
+    /// All parts, in the order of lists.
     pub const ALL: [TilePart; 9] = [
         TilePart::Heights,
         TilePart::Normals,
@@ -46,7 +47,7 @@ impl TilePart {
         TilePart::Sites,
     ];
 
-    /// The name in lists and in the registry.
+    /// Returns the name in lists and in the registry.
     pub const fn name(self) -> &'static str {
         match self {
             TilePart::Heights => "heights",
@@ -62,32 +63,34 @@ impl TilePart {
     }
 }
 
-/// The BLAKE3 of each part of a tile, of the tile's own vertices, edges included, row by row from the north-western one.
+/// The BLAKE3 hash of each part of a tile. It covers the tile's own vertices, edges included, row by row from the
+/// north-western one.
 ///
-/// All numbers are hashed least significant byte first, so that the hashes are the same on every machine. A tile of a relief
-/// that knows of no water has no hashes of water and beds.
+/// All numbers are hashed least significant byte first, so that the hashes are the same on every machine. A tile of a
+/// relief without water has no hashes of water and beds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest([Option<blake3::Hash>; TilePart::ALL.len()]);
 
 impl Digest {
-    /// The digest of those hashes, in the order of [`TilePart::ALL`].
+    /// Makes a digest of the given hashes, in the order of [`TilePart::ALL`].
     pub fn new(hashes: [Option<blake3::Hash>; TilePart::ALL.len()]) -> Digest {
         Digest(hashes)
     }
 
-    /// The hash of a part, if the tile has it.
+    /// Returns the hash of a part, if the tile has it.
     pub fn of(&self, part: TilePart) -> Option<blake3::Hash> {
         self.0[part as usize]
     }
 
-    /// All parts and their hashes.
+    /// Returns all parts with their hashes.
     pub fn parts(&self) -> impl Iterator<Item = (TilePart, Option<blake3::Hash>)> {
         TilePart::ALL.into_iter().zip(self.0)
     }
 }
 
 impl fmt::Display for Digest {
-    /// All hashes in full, with spaces between, `-` for those that the tile has not; with a precision, so many digits of each.
+    /// Writes all hashes in full, separated by spaces, with `-` for parts that the tile does not have. A precision
+    /// limits the number of digits of each hash.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, hash) in self.0.iter().enumerate() {
             let separator = if index > 0 { " " } else { "" };
@@ -101,7 +104,7 @@ impl fmt::Display for Digest {
 }
 
 impl Tile {
-    /// The hashes of all that the tile holds.
+    /// Hashes everything that the tile holds.
     pub fn digest(&self) -> Digest {
         let area = self.area();
         let water = self.water();
@@ -121,14 +124,14 @@ impl Tile {
     }
 }
 
-/// The hash of the values of an area in some grids, one grid after the other.
+/// Hashes the values of an area in some grids, one grid after the other.
 fn hash<T: Copy, const N: usize>(
     area: Area,
     grids: impl IntoIterator<Item = impl std::ops::Deref<Target = Grid<T>>>,
     bytes: impl Fn(T) -> [u8; N],
 ) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
-    // In one piece, since long pieces are hashed several times as fast.
+    // Each grid is hashed in one piece, since long pieces are hashed several times as fast.
     let mut piece = Vec::with_capacity(area.len() * N);
     for grid in grids {
         piece.clear();
@@ -140,7 +143,7 @@ fn hash<T: Copy, const N: usize>(
     hasher.finalize()
 }
 
-/// The hash of a list of byte strings, each after its length.
+/// Hashes a list of byte strings, each preceded by its length.
 fn of_texts(texts: impl Iterator<Item = Vec<u8>>) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for text in texts {

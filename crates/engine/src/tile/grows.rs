@@ -1,12 +1,14 @@
-//! What stands on the ground, and how densely: trees, shrubs, grass and loose rocks.
+//! Density of growth on the ground: trees, shrubs, grass and loose rocks.
 //!
-//! From what the ground is made of, which knows the tree line, cliffs and snow, from how steep and how wet it is; nothing stands
-//! in water, on roads or in settlements. Shares of materials are those of the blend map; all densities are cut off at 1:
+//! Densities follow from the ground materials, in which the tree line, cliffs and snow have their effect, and from
+//! slope and wetness. Nothing stands in water, on roads or in settlements. Shares of materials are those of the blend
+//! map, and all densities are cut off at 1:
 //!
 //! ```text
-//! moist = (wetness - 4) / 6, low = below the tree line, even = from 50 degrees to 35, each 0 to 1
+//! moist = (wetness - 4) / 6, low = 1 below the tree line, even = from 0 at 50 degrees to 1 at 35, each 0 to 1
 //! tree  = (forest + grass * low * (0.02 + 0.13 * moist)) * even
-//! shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * (0.3 + 0.7 * low)) * even
+//! shrub = (0.3 * forest + 0.4 * wetland * low
+//!          + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * (0.3 + 0.7 * low)) * even
 //! grass = grass + 0.8 * wetland + 0.3 * dirt + 0.25 * forest
 //! rock  = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass
 //! ```
@@ -18,10 +20,10 @@ use crate::preset::Preset;
 use crate::tile::{GroundRule, Material, Tile, TileView};
 use crate::world::World;
 
-/// What stands on the ground. The numbers index lists of four.
+/// A kind of thing that stands on the ground. The numbers index lists of four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Growth {
-    /// Trees: woods, and single ones where it is wet.
+    /// Trees: woods, and single trees where it is wet.
     Tree = 0,
     /// Shrubs.
     Shrub = 1,
@@ -32,10 +34,10 @@ pub enum Growth {
 }
 
 impl Growth {
-    /// All of them, in the order of their numbers.
+    /// All kinds, in the order of their numbers.
     pub const ALL: [Growth; 4] = [Growth::Tree, Growth::Shrub, Growth::Grass, Growth::Rock];
 
-    /// The name in files.
+    /// Returns the name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Growth::Tree => "tree",
@@ -45,7 +47,7 @@ impl Growth {
         }
     }
 
-    /// What a raster of it is called.
+    /// Returns the title of a raster of the kind's density.
     pub const fn about(self) -> &'static str {
         match self {
             Growth::Tree => "density of trees",
@@ -55,7 +57,7 @@ impl Growth {
         }
     }
 
-    /// What a raster of it holds.
+    /// Returns the description of the one channel of such a raster.
     pub const fn channel(self) -> &'static [&'static str] {
         match self {
             Growth::Tree => &["density of trees, 0 = none, 255 = densest"],
@@ -66,19 +68,20 @@ impl Growth {
     }
 }
 
-/// Vertices around a settlement at most within which nothing stands: it is known no further away ([`sites_input`](super::sites_input)).
+/// Largest radius in vertices of the bare ground around a settlement: a tile knows of settlements no further away
+/// ([`sites_input`](super::sites_input)).
 const SITE_CELLS: f64 = 8.0;
 
-/// Share of a road's dirt from which on a vertex is road.
+/// Share of a road's dirt above which a vertex is road.
 const ROAD: f32 = 0.5;
 
-/// Share of an agents' river's sand from which on a vertex is its bed.
+/// Share of the sand of an agents' river from which on a vertex is the river's bed.
 const BED: f32 = 0.999;
 
-/// Metres up a metre at 35 and at 50 degrees: where slopes begin to be too steep, and where they are.
+/// Slopes in metres up a metre, at 35 and 50 degrees: between them the ground becomes too steep for growth.
 const STEEP: [f32; 2] = [0.7, 1.19];
 
-/// Which densities the ground of a world has.
+/// The rule that gives the densities of growth in a world.
 #[derive(Debug)]
 pub struct Grows<'a> {
     world: &'a World,
@@ -87,17 +90,17 @@ pub struct Grows<'a> {
 }
 
 impl<'a> Grows<'a> {
-    /// The rule of a world.
+    /// Returns the rule of a world.
     pub fn new(world: &'a World) -> Grows<'a> {
         let Preset { ground, sea_level_m, .. } = world.preset();
         let rule = GroundRule::new(ground, *sea_level_m, world.spacing_m(), world.chance());
         Grows { world, rule, has_woods: ground.forest_m.is_some() }
     }
 
-    /// Whether anything can stand at a vertex: not in water or on a river's bed, on a road or in a settlement.
+    /// Tells whether anything can stand at a vertex: not in water or on a river's bed, on a road or in a settlement.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn is_open(&self, tile: &Tile, x: i64, y: i64) -> bool {
         if TileView::new(tile, self.world).lake_or_sea(x, y) != WaterKind::Dry
             || tile.water().is_some_and(|water| water.flow_m3s.at(x, y) > 0.0)
@@ -122,8 +125,8 @@ impl<'a> Grows<'a> {
         })
     }
 
-    /// How densely each kind stands at each vertex of a tile, in the order of [`Growth::ALL`]: 0 for not at all, 1 for as densely
-    /// as can be.
+    /// Returns the density of each kind at each vertex of a tile, in the order of [`Growth::ALL`]: from 0, none, to 1,
+    /// the densest growth.
     pub fn densities<'t>(&self, tile: &'t Tile) -> &'t Grid<[f32; 4]> {
         tile.derived.densities.get_or_init(|| {
             let mut densities = Grid::filled(tile.area(), [0.0; 4]);
@@ -141,7 +144,7 @@ impl<'a> Grows<'a> {
         let [grass, dirt, rock, _, _, forest, scree, wetland] =
             Material::ALL.map(|material| f32::from(tile.blend().weight(material, x, y)) * (1.0 / 255.0));
         let moist = ((TileView::new(tile, self.world).wetness(x, y) - 4.0) * (1.0 / 6.0)).clamp(0.0, 1.0);
-        // Where the ground has no woods it has no tree line either, and trees stand as shrubs do.
+        // A ground without woods has no tree line either, so shrubs and single trees stand at any height.
         let low = if self.has_woods { self.low(tile, x, y) } else { 1.0 };
         let slope = tile.normals().slope().at(x, y);
         let even = ((STEEP[1] - slope) / (STEEP[1] - STEEP[0])).clamp(0.0, 1.0);
@@ -150,7 +153,7 @@ impl<'a> Grows<'a> {
         let shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * high) * even;
         let herbs = grass + 0.8 * wetland + 0.3 * dirt + 0.25 * forest;
         let stones = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass;
-        // A road and a bank lie on what was there, which gives way to them.
+        // A road or a bank covers the ground that was there, and leaves less room for growth.
         let left = tile.imprint().map_or(1.0, |imprint| {
             let laid = imprint.dirt().chain(imprint.sand()).map(|share| share.at(x, y)).fold(0.0, f32::max);
             1.0 - laid

@@ -1,11 +1,13 @@
 //! Instances: single trees, shrubs, tufts of grass and rocks, as points.
 //!
-//! Candidates lie on a lattice of their own over the whole world, one at a hashed place of each of its cells. One that has another
-//! of higher rank nearer than the least distance gives way to it, whatever becomes of that one. So the pattern is even, without
-//! clumps, and what is left of it is known from the cells around alone: no tile needs to know what stands on its neighbour. Each
-//! of those left then becomes a tree, a shrub, a tuft, a rock or nothing, by the densities of its place.
+//! Candidates lie on a lattice of their own over the whole world, one at a hashed place in each cell. A candidate that
+//! has another of higher rank nearer than the least distance gives way to it, even if that one gives way too. So the
+//! pattern is even, without clumps, and whether a candidate stays follows from the cells around it: no tile needs to
+//! know what stands on its neighbour. Each candidate that stays becomes a tree, a shrub, a tuft, a rock or nothing, by
+//! the densities at its place.
 //!
-//! Based on: the dart throwing of R. L. Cook, "Stochastic sampling in computer graphics", 1986, with ranks in the place of an order.
+//! Based on: the dart throwing of R. L. Cook, "Stochastic sampling in computer graphics", 1986, with ranks instead of
+//! an order of throws.
 
 use crate::area::Area;
 use crate::geometry::{LineSegment, bilinear};
@@ -14,44 +16,47 @@ use crate::lines::{LineKind, StructureKind};
 use crate::tile::{Grows, Growth, Tile};
 use crate::world::World;
 
-/// Something that stands on a tile.
+/// A tree, shrub, tuft of grass or rock on a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// What it is.
+    /// The kind of growth.
     pub growth: Growth,
-    /// Vertices east and south of the tile's north-western corner.
+    /// Position in vertices east and south of the tile's north-western corner.
     pub place: [f64; 2],
-    /// Height in metres of the land there: of the lower of the two ways to part a cell into triangles, so that nothing floats.
+    /// Height of the land there in metres: the lower of the two ways to split a cell into triangles, so that nothing
+    /// floats.
     pub height_m: f64,
-    /// How far it is turned about the vertical, in degrees, 0 to 360.
+    /// Rotation about the vertical in degrees, 0 to 360.
     pub yaw_deg: f64,
-    /// How large it is, as a share of what is usual: 0.75 to 1.25.
+    /// Size relative to the usual: 0.75 to 1.25.
     pub scale: f64,
 }
 
-/// Instances a hectare where there is as much of a kind as can be, in the order of [`Growth::ALL`]. Fewer where vertices lie more
-/// than 14 m apart.
+/// Number of instances a hectare at the greatest density of each kind, in the order of [`Growth::ALL`]. There are fewer
+/// where vertices lie more than 14 m apart.
 pub const A_HECTARE: [f64; 4] = [60.0, 30.0, 30.0, 20.0];
 
-/// Sides of a cell of candidates in metres: at most the first, and more than half of it where vertices are not too far apart.
+/// Largest side of a candidate cell in metres, where vertices lie at most 14 m apart; the side is more than half of
+/// this there.
 const MOST_SIDE_M: f64 = 7.0;
 
-/// The power of two of the least side in vertices: four candidates a cell of the tile, so that files have an end.
+/// Exponent of the least side of a candidate cell, 2^-1 vertices. It allows four candidates in a cell of the tile and
+/// no more, which limits the size of files.
 const LEAST_POWER: i32 = -1;
 
-/// Parts of a side in which places are counted, as a power of two.
+/// Bits of a place in a cell along an axis: a side has 2^16 parts.
 const PARTS: u32 = 16;
 
-/// The least distance between two instances, in sides.
+/// Least distance between two instances, in sides of a candidate cell.
 const LEAST_DISTANCE: f64 = 0.7;
 
-/// Share of candidates that give way to none, measured over a million.
+/// Share of candidates that give way to no other, measured over a million.
 const LEFT: f64 = 0.664;
 
-/// Metres from the edge of a road or a river within which nothing stands.
+/// Width in metres of the verge beside roads and rivers on which nothing stands.
 const VERGE_M: f64 = 1.0;
 
-/// Exact on every machine, which `exp2` need not be.
+/// Returns a power of two. It is exact on every machine, which `exp2` need not be.
 fn power_of_two(power: i32) -> f64 {
     if power < 0 { 1.0 / (1u64 << -power) as f64 } else { (1u64 << power) as f64 }
 }
@@ -60,15 +65,15 @@ fn power_of_two(power: i32) -> f64 {
 #[derive(Clone, Copy, Debug)]
 struct Candidates {
     stream: u64,
-    /// The side of a cell in vertices, as a power of two.
+    /// The side of a cell in vertices, as an exponent of two.
     power: i32,
 }
 
-/// A candidate for an instance, by its cell.
+/// A candidate for an instance.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     cell: [i64; 2],
-    /// Where it lies in its cell, in parts of the side.
+    /// Position in the cell, in parts of the side.
     place: [i64; 2],
     rank: u64,
 }
@@ -80,7 +85,7 @@ impl Candidates {
         Candidates { stream: hash::stream(world.chance(), Stream::Instances), power }
     }
 
-    /// The side of a cell in vertices.
+    /// Returns the side of a cell in vertices.
     fn side(self) -> f64 {
         power_of_two(self.power)
     }
@@ -91,23 +96,23 @@ impl Candidates {
         Candidate { cell, place: [part(hash), part(hash >> PARTS)], rank: hash::scatter(hash) }
     }
 
-    /// Whether it gives way to none of those around it.
+    /// Tells whether a candidate stays, since it gives way to none of the candidates around it.
     fn is_left(self, candidate: &Candidate) -> bool {
         const LEAST: i64 = (LEAST_DISTANCE * (1 << PARTS) as f64) as i64 + 1;
-        // One further away than the next cell is further away than that.
+        // The cells next to it suffice: all others are further away than the least distance.
         let around = Area::new(candidate.cell[0] - 1, candidate.cell[1] - 1, 3, 3).vertices();
         around.map(|(i, j)| [i, j]).filter(|cell| *cell != candidate.cell).all(|cell| {
             let other = self.of(cell);
             let away = [0, 1]
                 .map(|axis| ((cell[axis] - candidate.cell[axis]) << PARTS) + other.place[axis] - candidate.place[axis]);
             let is_near = away[0] * away[0] + away[1] * away[1] < LEAST * LEAST;
-            // Two of the same rank give way by their cells.
+            // Between candidates of the same rank their cells decide.
             !is_near || (other.rank, other.cell) < (candidate.rank, candidate.cell)
         })
     }
 
-    /// The first cell of a tile and the last along an axis, given its first and last vertex, and where the first cell begins, in
-    /// parts of a side from the first vertex.
+    /// Returns the first and last cell of a tile along an axis, given the tile's first and last vertex there, and the
+    /// position at which the first cell begins, in parts of a side from the first vertex.
     fn span(self, first: i64, last: i64) -> ([i64; 2], i64) {
         if self.power <= 0 {
             let cells = 1 << -self.power;
@@ -120,32 +125,33 @@ impl Candidates {
     }
 }
 
-/// The least distance between two instances of a world, in metres.
+/// Returns the least distance between two instances of a world in metres.
 pub fn least_distance_m(world: &World) -> f64 {
     Candidates::new(world).side() * world.spacing_m() * LEAST_DISTANCE
 }
 
-/// The most instances of a tile of so many cells a side, about: chance adds few to so many.
+/// Estimates the largest number of instances on a tile of so many cells a side, with a tenth and a thousand added for
+/// chance.
 pub fn most_instances(world: &World, cells: u32) -> u64 {
     let candidates = Candidates::new(world);
     let side = f64::from(cells) / candidates.side() + 1.0;
     (side * side * LEFT * 1.1 * share_of_all(world, candidates)) as u64 + 1000
 }
 
-/// Probabilities of the kinds where there is as much of them as can be, together.
+/// Returns the probability that a candidate becomes anything where all kinds are at their densest.
 fn share_of_all(world: &World, candidates: Candidates) -> f64 {
     let side_m = candidates.side() * world.spacing_m();
     let left_a_hectare = LEFT * 10_000.0 / (side_m * side_m);
     (A_HECTARE.iter().sum::<f64>() / left_a_hectare).min(1.0)
 }
 
-/// All that stands on a tile, from the north to the south by the cells of the pattern; what stands on the edge of two tiles is the
-/// eastern or southern one's.
+/// Returns all instances on a tile, in the order of the candidates' cells, row by row from the north. Instances on the
+/// edge of two tiles belong to the eastern or southern tile.
 pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
     let candidates = Candidates::new(world);
     let Area { x0, y0, x1, y1 } = tile.area();
     let cells = (x1 - 1 - x0) as usize;
-    // Of each vertex how much stands there, and whether anything may.
+    // The densities at each vertex, and whether anything may stand there.
     let densities = grows.densities(tile).values();
     let open: Vec<bool> = tile.area().vertices().map(|(x, y)| grows.is_open(tile, x, y)).collect();
     let ways = Ways::new(tile);
@@ -158,7 +164,7 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
     for (i, j) in (Area { x0: i0, y0: j0, x1: i1 + 1, y1: j1 + 1 }).vertices() {
         let candidate = candidates.of([i, j]);
         let parts = [((i - i0) << PARTS) + east + candidate.place[0], ((j - j0) << PARTS) + south + candidate.place[1]];
-        // Exact: whole parts of a power of two.
+        // Exact: whole numbers times a power of two.
         let place = parts.map(|parts| parts as f64 * scale);
         if place.iter().any(|at| *at < 0.0 || *at >= cells as f64) {
             continue;
@@ -170,7 +176,7 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
         if !corners.iter().all(|corner| open[*corner]) {
             continue;
         }
-        // The cheap question first: most of it decides without a look around.
+        // Chance first, since this is cheap: it rejects most candidates without a look at their surroundings.
         let chance = hash::share(hash::combine(candidate.rank, 0));
         let mut sum = 0.0;
         let growth = Growth::ALL.into_iter().find(|growth| {
@@ -195,7 +201,8 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
     instances
 }
 
-/// The lower of the two pairs of triangles with these corners, at a place between them.
+/// Returns the height at a place in a cell with these corners: the lower of the two ways to split the cell into
+/// triangles.
 fn lower([nw, ne, sw, se]: [f64; 4], [u, v]: [f64; 2]) -> f64 {
     let falling = if u > v { nw + (ne - nw) * u + (se - ne) * v } else { nw + (sw - nw) * v + (se - sw) * u };
     let rising = match u + v <= 1.0 {
@@ -205,11 +212,12 @@ fn lower([nw, ne, sw, se]: [f64; 4], [u, v]: [f64; 2]) -> f64 {
     falling.min(rising)
 }
 
-/// The roads and rivers of a tile, by its cells: many are narrower than the vertices are apart.
+/// The roads and rivers of a tile, indexed by cell. Many are narrower than the distance between vertices, so vertices
+/// do not show them.
 struct Ways {
-    /// Cells, each with a piece that may lie on it; sorted.
+    /// Cells, each with the number of a piece that may lie on it; sorted.
     cells: Vec<([usize; 2], usize)>,
-    /// Pieces in vertices from the tile's corner, each with the square of how far it keeps all away.
+    /// Pieces in vertices from the tile's corner, each with the square of the distance within which nothing stands.
     pieces: Vec<(LineSegment, f64)>,
 }
 
@@ -241,7 +249,7 @@ impl Ways {
         Ways { cells, pieces }
     }
 
-    /// Whether a place in a cell lies on one of them or beside it.
+    /// Tells whether a place in a cell lies on a road or river or on its verge.
     fn hold(&self, place: [f64; 2], cell: [usize; 2]) -> bool {
         let first = self.cells.partition_point(|(other, _)| *other < cell);
         let of_cell = self.cells[first..].iter().take_while(|(other, _)| *other == cell);
@@ -267,7 +275,7 @@ mod tests {
         let span = |power, first, last| Candidates { stream: 7, power }.span(first, last);
         assert_eq!(span(-1, -3, 5), ([-6, 9], 0));
         assert_eq!(span(0, -3, 5), ([-3, 4], 0));
-        // Of four vertices: the first begins one vertex before the tile.
+        // With cells of four vertices, the first begins one vertex before the tile.
         assert_eq!(span(2, -3, 5), ([-1, 1], -(1 << (PARTS - 2))));
         assert_eq!(span(3, 16, 24), ([2, 2], 0));
     }

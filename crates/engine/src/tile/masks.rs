@@ -1,7 +1,7 @@
-//! Masks: what the land's shape is at a vertex, as numbers that materials, scattering and GIS go by.
+//! Masks: numbers that describe the shape of the land at a vertex, for materials, scattering and GIS.
 //!
-//! All are functions of the vertex alone: slope and curvature of the heights around it, accumulation of the land within a bounded
-//! way upstream and of the river there, wetness of both.
+//! All are functions of the vertex's surroundings alone: slope and curvature of the heights around it, accumulation of
+//! the land within a bounded distance upstream and of the river there, and wetness of slope and accumulation.
 
 use std::sync::OnceLock;
 
@@ -14,21 +14,22 @@ use crate::tile::accumulation::{accumulation, input};
 use crate::tile::{Tile, TileView};
 use crate::world::World;
 
-/// Metres up a metre of the least slope that wetness is reckoned with: level ground would have no end of it.
+/// Least slope used for wetness, in metres up a metre: on level ground the index would be infinite.
 const LEAST_SLOPE: f32 = 1e-3;
 
 /// Degrees of a radian.
 const DEGREES: f32 = 180.0 / std::f32::consts::PI;
 
-/// The index of wetness of open water, and the most that is told apart.
+/// The wetness index of open water, and the largest that rasters distinguish.
 pub const WETTEST: f32 = 20.0;
 
-/// The area of land that is made for the accumulation of an area.
+/// Returns the area of land that is made for the accumulation of an area.
 pub fn accumulation_input(area: Area) -> Area {
     input(area)
 }
 
-/// What of a tile is made when it is asked for first, since several exports show it and most bakes have none of them.
+/// Parts of a tile that are computed when they are first asked for: several exports need them, and most bakes have no
+/// such export.
 #[derive(Debug, Default)]
 pub(super) struct Derived {
     accumulation_m2: OnceLock<Grid<f32>>,
@@ -37,37 +38,39 @@ pub(super) struct Derived {
 }
 
 impl Tile {
-    /// How steep the ground is at a vertex in degrees, 0 to 90.
+    /// Returns the slope at a vertex in degrees, 0 to 90.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn slope_degrees(&self, x: i64, y: i64) -> f32 {
         libm::atanf(self.normals.slope().at(x, y)) * DEGREES
     }
 
-    /// The aspect at a vertex: the direction in which the ground falls, in degrees clockwise from north, 0 up to 360; `None` on level
-    /// ground.
+    /// Returns the aspect at a vertex, the direction in which the ground falls: in degrees clockwise from north, 0 up to
+    /// 360. `None` on level ground.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn aspect_degrees(&self, x: i64, y: i64) -> Option<f32> {
         // Normals lean downhill.
         let [east, _, south] = self.normals.at(x, y);
         let degrees = libm::atan2f(east, -south) * DEGREES;
         let clockwise = if degrees < 0.0 { degrees + 360.0 } else { degrees };
-        // What is added may be rounded up to a whole turn.
+        // The sum of a tiny negative angle and 360 rounds up to a whole turn.
         (east != 0.0 || south != 0.0).then_some(if clockwise < 360.0 { clockwise } else { 0.0 })
     }
 }
 
 impl TileView<'_> {
-    /// The thesis' blend factor at a vertex, 0 on level ground to 1: `slope_scale` of the preset's ground times what the normal's
-    /// upward part is less than 1, and 1 at most. By it rock shows through the ground, and roads keep to where it is low.
+    /// Returns the thesis' blend factor at a vertex, from 0 on level ground to 1: `slope_scale` of the preset's ground
+    /// times one minus the normal's upward component, at most 1. By this factor rock shows through the ground, and
+    /// roads keep to low values.
     ///
-    /// Based on: Grelsson (2014), section 4.1, which multiplies the upward part itself: that is more than 1 on all but walls.
+    /// Based on: Grelsson (2014), section 4.1, which multiplies the upward component itself: that exceeds 1 on all but
+    /// walls.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn steepness(self, x: i64, y: i64) -> f32 {
         let slope_scale = self.world.preset().ground.slope_scale as f32;
         ((1.0 - self.tile.normals.up().at(x, y)) * slope_scale).min(1.0)
@@ -75,13 +78,13 @@ impl TileView<'_> {
 }
 
 impl Tile {
-    /// The mean curvature at the vertices of row `y` at `x0 <= x < x1`, a metre: positive on ridges, negative in hollows, 0 on
-    /// planes; half of the reciprocal of a ridge's radius.
+    /// Returns the mean curvature at the vertices of row `y` at `x0 <= x < x1`, in 1 / metre: positive on ridges,
+    /// negative in hollows, 0 on planes. On a ridge it is half of the reciprocal of the ridge's radius.
     ///
-    /// Of second differences over three vertices a side.
+    /// It is computed from second differences over three by three vertices.
     ///
     /// # Panics
-    /// When a part of it is outside the tile.
+    /// When a part of the row is outside the tile.
     pub fn curvatures(&self, y: i64, x0: i64, x1: i64) -> Vec<f32> {
         let spacing_m = self.spacing_m as f32;
         let (half, square) = (0.5 / spacing_m, 1.0 / (spacing_m * spacing_m));
@@ -101,8 +104,8 @@ impl Tile {
 }
 
 impl<'a> TileView<'a> {
-    /// Square metres of land that drain through each vertex of the tile: of hillsides what comes from within 64 vertices, of
-    /// rivers and lakes their catchment. 0 in the sea.
+    /// Returns the square metres of land that drain through each vertex of the tile: on hillsides from within 64
+    /// vertices, in rivers and lakes their whole catchment. 0 in the sea.
     ///
     /// Roads are left out: water passes beneath them.
     pub fn accumulation_m2(self) -> &'a Grid<f32> {
@@ -126,11 +129,11 @@ impl<'a> TileView<'a> {
         })
     }
 
-    /// The kind of water at a vertex as the relief has it, without the rivers that agents dig: in worlds whose relief knows of none the
-    /// sea, where the land lies below its level.
+    /// Returns the kind of water at a vertex, without the rivers that agents dig. Where the relief has no water, that is
+    /// the sea wherever the land lies below its level.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn lake_or_sea(self, x: i64, y: i64) -> WaterKind {
         match (&self.tile.water, self.world.preset().sea_level_m) {
             (Some(water), _) => water.kind.at(x, y),
@@ -139,13 +142,14 @@ impl<'a> TileView<'a> {
         }
     }
 
-    /// The topographic wetness index at a vertex, `ln(a / tan b)`: `a` square metres of accumulation a metre of a vertex' width,
-    /// `b` the slope, of at least a thousandth. 20 in open water.
+    /// Returns the topographic wetness index at a vertex, `ln(a / tan b)`: `a` is the accumulation in square metres per
+    /// metre of the vertex' width, `tan b` the slope, of at least a thousandth. 20 in open water.
     ///
-    /// Based on: K. J. Beven, M. J. Kirkby, "A physically based, variable contributing area model of basin hydrology", 1979.
+    /// Based on: K. J. Beven, M. J. Kirkby, "A physically based, variable contributing area model of basin hydrology",
+    /// 1979.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn wetness(self, x: i64, y: i64) -> f32 {
         if self.lake_or_sea(x, y).is_open() {
             return WETTEST;
@@ -155,8 +159,8 @@ impl<'a> TileView<'a> {
     }
 }
 
-/// The heights of the surface that water runs over, as far out as the accumulation of an area asks for them; and the water of the
-/// area.
+/// Returns the heights of the surface on which water runs, in the whole input of the area's accumulation, and the water
+/// there.
 fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
     let wide = input(area);
     let land = world.relief().land(wide, &Clock::default());
@@ -168,14 +172,14 @@ fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
         return (levels_m, Some(water));
     }
     if world.stride() == Stride::ONE {
-        // Agents' rivers run in the beds that they dig.
+        // Agents' rivers run in the beds that they dig, so the beds are dug first.
         let lines = world.lines(&wide);
         let rivers = lines.iter().map(AsRef::as_ref).filter(|line| line.kind == LineKind::River);
         if let Some(imprint) = Imprint::new(&levels_m, None, rivers) {
             imprint.shape(&mut levels_m, None);
         }
     }
-    // What lies below the sea is level.
+    // The sea's surface is level, whatever its floor.
     if let Some(sea_m) = world.preset().sea_level_m {
         for level_m in levels_m.values_mut() {
             *level_m = level_m.max(sea_m as f32);
@@ -184,7 +188,8 @@ fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
     (levels_m, None)
 }
 
-/// Gives rivers and lakes their catchments, given the square metres that bring a cubic metre a second.
+/// Raises the accumulation of rivers and lakes to their catchments, given the square metres that yield a cubic metre a
+/// second.
 fn add_rivers(drained: &mut Grid<f32>, water: &Water, m2_a_m3s: f32) {
     let Area { x0, y0, x1, y1 } = drained.area();
     for y in y0..y1 {

@@ -39,12 +39,12 @@ use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
 use crate::world::World;
 
-/// The area in which settlements are known that are seen on an area: the mark of one on a map is no wider than this.
+/// Returns the area whose settlements are seen on an area: a settlement's mark on a map reaches no further than this.
 pub fn sites_input(area: Area) -> Area {
     area.padded(8)
 }
 
-/// The area of shaped land that a tile of a world is made of: what normals and weights look at.
+/// Returns the area of shaped land that a tile depends on: the land that normals and weights look at.
 pub fn shaped_input(world: &World, area: Area) -> Area {
     normals::input(area).hull(&blend::input(&world.preset().ground, area))
 }
@@ -61,47 +61,50 @@ pub struct Tile {
     water: Option<Water>,
     imprint: Option<Imprint>,
     lines: Lines,
-    /// Of a walker's tile the steps of agents over its edges, which its own lines may not have.
+    /// For a walker's tile, the steps with which agents cross its edges; the tile's own lines may lack them.
     crossings: Lines,
     sites: Vec<Arc<Site>>,
     derived: masks::Derived,
 }
 
-/// What is known of a tile before there is any land: what stands on it, and how much land it is made of.
+/// The plan of a tile, known before there is any land: its lines and settlements, and the area of land that it depends
+/// on.
 #[derive(Debug)]
 pub struct TilePlan {
     id: TileId,
     lines: Lines,
     sites: Vec<Arc<Site>>,
-    /// The area of bare land that the tile is made of.
+    /// The area of bare land that the tile depends on.
     pub(crate) land: Area,
 }
 
 impl TilePlan {
-    /// The plan of the tile at `id` where no line shapes the land: for pictures, which draw lines themselves.
+    /// Returns the plan of the tile at `id` without lines that shape its land: for pictures, which draw lines
+    /// themselves.
     pub fn without_lines(world: &World, id: TileId) -> TilePlan {
         let land = shaped_input(world, id.area(world.tile_cells()));
         TilePlan { id, lines: Lines::new(), sites: Vec::new(), land }
     }
 
-    /// The lines that shape its land.
+    /// Returns the lines that shape the tile's land.
     #[cfg(feature = "gpu")]
     pub(crate) fn lines(&self) -> impl Iterator<Item = &Line> {
         self.lines.iter().map(AsRef::as_ref)
     }
 
-    /// The tile's vertices.
+    /// Returns the tile's vertices.
     #[cfg(feature = "gpu")]
     pub(crate) fn cells(&self, world: &World) -> Area {
         self.id.area(world.tile_cells())
     }
 
-    /// The plan of the tile at `id`, with the time of each stage booked on `clock`.
+    /// Plans the tile at `id`, and books the time of each stage on `clock`.
     pub fn new(world: &World, id: TileId, clock: &Clock) -> TilePlan {
         let cells = id.area(world.tile_cells());
         let shaped = shaped_input(world, cells);
         let wide = Imprint::input(shaped);
-        // Rivers, settlements, and the roads between them: none from afar, for there they do nothing to the land.
+        // Rivers, settlements, and the roads between them. Seen from afar they do nothing to the land, so wider strides
+        // have none.
         let (lines, sites) = match world.stride() {
             Stride::ONE => {
                 let near = sites_input(normals::input(cells));
@@ -109,26 +112,27 @@ impl TilePlan {
             }
             _ => Default::default(),
         };
-        // More of it where water must find its way through built roads.
+        // Built roads need more land, since water must find its way through them.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
         TilePlan { id, lines, sites, land: if is_built { wide } else { shaped } }
     }
 }
 
-/// A vertex as the thesis has it: 32 bytes, local to the tile's centre.
+/// A vertex in the layout of the thesis: 32 bytes, local to the tile's centre.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Vertex {
-    /// Metres east of the tile's centre, up, and south of the tile's centre.
+    /// Position in metres: east of the tile's centre, up, and south of the tile's centre.
     pub position: [f32; 3],
     /// Unit normal: east, up, south.
     pub normal: [f32; 3],
-    /// 0..1 from west to east and from north to south, so that a seamless texture repeats from tile to tile.
+    /// Texture coordinates, 0..1 from west to east and from north to south, so that a seamless texture repeats from
+    /// tile to tile.
     pub texture: [f32; 2],
 }
 
 impl Tile {
-    /// The tile at `id` of `world`: the same bytes whatever was baked before, in whichever window.
+    /// Makes the tile at `id` of `world`. Its bytes are the same whatever was baked before, and in whichever window.
     ///
     /// # Panics
     /// When a vertex of the tile lies more than [`MAX_COORDINATE`](crate::area::MAX_COORDINATE) from the origin.
@@ -136,21 +140,21 @@ impl Tile {
         Tile::timed(world, id, &Clock::default())
     }
 
-    /// As [`new`](Tile::new), with the time of each stage booked on `clock`.
+    /// Does the same as [`new`](Tile::new), and books the time of each stage on `clock`.
     pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
         let plan = TilePlan::new(world, id, clock);
         let land = world.relief().land(plan.land, clock);
         Tile::of_plan(world, plan, land, clock)
     }
 
-    /// The tile of a plan and of the land that it asks for, with the time of each stage booked on `clock`.
+    /// Makes the tile of a plan from the land that the plan asks for, and books the time of each stage on `clock`.
     ///
     /// # Panics
-    /// When `land` is not of the area that the plan asks for.
+    /// When `land` does not cover the area that the plan asks for.
     pub(crate) fn of_plan(world: &World, plan: TilePlan, mut land: Land, clock: &Clock) -> Tile {
         let cells = plan.id.area(world.tile_cells());
         let shaped = shaped_input(world, cells);
-        // What the lines do to the land.
+        // Let the lines shape the land.
         let mut imprint = clock.time(stage::IMPRINT, || {
             let imprint = Imprint::new(&land.heights, land.water.as_ref(), plan.lines.iter().map(AsRef::as_ref))?;
             imprint.shape(&mut land.heights, land.water.as_ref());
@@ -164,11 +168,11 @@ impl Tile {
         Tile::of_surface(world, plan, land, surface)
     }
 
-    /// The tile of a plan, given its land as its lines have left it, and what is on that.
+    /// Makes the tile of a plan, given its land as shaped by its lines, and the surface of that land.
     pub(crate) fn of_surface(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
         let TilePlan { id, mut lines, sites, .. } = plan;
         let area = id.area(world.tile_cells());
-        // The vertices whose heights are seen on the tile, as slopes are: what lies further away does not concern it.
+        // Only lines within the heights seen on the tile, slopes included, concern the tile.
         let near = normals::input(area);
         lines.retain(|line| line.concerns(&near));
         let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
@@ -176,12 +180,13 @@ impl Tile {
         Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
     }
 
-    /// The heights of the tile at `id` before anything shapes them, as far as a tile needs them.
+    /// Returns the heights of the tile at `id` before lines shape them, with the pad that a tile needs.
     pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
         world.relief().heights(shaped_input(world, id.area(world.tile_cells())))
     }
 
-    /// The tile at `id` of given bare heights and lines, with the time of each stage booked on `clock`.
+    /// Makes the tile at `id` from bare heights and the lines that shape them, and books the time of each stage on
+    /// `clock`.
     ///
     /// # Panics
     /// When `heights` does not hold the tile's [input](shaped_input).
@@ -196,7 +201,8 @@ impl Tile {
         Tile::imprinted(world, id, heights, imprint, clock)
     }
 
-    /// The tile at `id` of given bare heights and of what lines do to it, with the time of each stage booked on `clock`.
+    /// Makes the tile at `id` from bare heights and the imprint of its lines, and books the time of each stage on
+    /// `clock`.
     ///
     /// # Panics
     /// When `heights` does not hold the tile's [input](shaped_input).
@@ -216,73 +222,74 @@ impl Tile {
         Tile::of_surface(world, plan, land, surface)
     }
 
-    /// The tile with the lines that have shaped it, and the steps of others over its edges.
+    /// Gives the tile the lines that have shaped it, and the steps of other lines over its edges.
     pub(crate) fn with_lines(self, lines: Lines, crossings: Lines) -> Tile {
         Tile { lines, crossings, ..self }
     }
 
-    /// Where the tile is in the world.
+    /// Returns the tile's place in the world.
     pub fn id(&self) -> TileId {
         self.id
     }
 
-    /// Metres from a vertex to the next.
+    /// Returns the distance in metres from a vertex to the next.
     pub fn spacing_m(&self) -> f64 {
         self.spacing_m
     }
 
-    /// The tile's vertices, edges included, pad not.
+    /// Returns the area of the tile's vertices, with its edges and without its pad.
     pub fn area(&self) -> Area {
         self.area
     }
 
-    /// Heights in metres of the tile's vertices and of some around them: of its [input](shaped_input).
+    /// Returns the heights in metres of the tile's vertices and of some around them: of its [input](shaped_input).
     pub fn heights(&self) -> &Grid<f32> {
         &self.heights
     }
 
-    /// Normals and slopes of the tile's vertices.
+    /// Returns the normals and slopes of the tile's vertices.
     pub fn normals(&self) -> &Normals {
         &self.normals
     }
 
-    /// Blend weights of the tile's vertices.
+    /// Returns the blend weights of the tile's vertices.
     pub fn blend(&self) -> &Blend {
         &self.blend
     }
 
-    /// The water on the tile's vertices and on some around them; `None` in a world whose relief knows of
-    /// no water.
+    /// Returns the water on the tile's vertices and on some around them; `None` in a world whose relief has no water.
     pub fn water(&self) -> Option<&Water> {
         self.water.as_ref()
     }
 
-    /// What rivers and roads have done to the tile; `None` where they have done nothing.
+    /// Returns the imprint of rivers and roads in the tile's land; `None` where they have left none.
     pub fn imprint(&self) -> Option<&Imprint> {
         self.imprint.as_ref()
     }
 
-    /// The rivers and roads that concern the tile, whole, sorted by id; of a [walker](crate::walker)'s tile its own, as far as they
-    /// lie in it, and none for a tile that was made of others' ([`of_bare`](Tile::of_bare)).
+    /// Returns the rivers and roads that concern the tile, each whole, sorted by id. The tile of a
+    /// [walker](crate::walker) has its own lines as far as they lie in it; a tile that was made from given lines
+    /// ([`of_bare`](Tile::of_bare)) has none.
     pub fn lines(&self) -> &[Arc<Line>] {
         &self.lines
     }
 
-    /// The settlements that are seen on the tile ([`sites_input`]), sorted by id; none in a world without places.
+    /// Returns the settlements that are seen on the tile ([`sites_input`]), sorted by id; none in a world without
+    /// places.
     pub fn sites(&self) -> &[Arc<Site>] {
         &self.sites
     }
 
-    /// The tile's centre in the world, in metres east and south of the origin.
+    /// Returns the tile's centre in metres east and south of the world's origin.
     pub fn centre_m(&self) -> [f64; 2] {
         let middle = |from: i64, to: i64| (from + to - 1) as f64 / 2.0 * self.spacing_m;
         [middle(self.area.x0, self.area.x1), middle(self.area.y0, self.area.y1)]
     }
 
-    /// The vertex at a place of the lattice, local to the tile's centre.
+    /// Returns the vertex at a place of the lattice, local to the tile's centre.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the place is not one of the tile's vertices.
     pub fn vertex(&self, x: i64, y: i64) -> Vertex {
         let cells = (self.area.width() - 1) as f32;
         let texture = [(x - self.area.x0) as f32 / cells, (y - self.area.y0) as f32 / cells];
@@ -291,7 +298,7 @@ impl Tile {
         Vertex { position: [east, self.heights.at(x, y), south], normal: self.normals.at(x, y), texture }
     }
 
-    /// All vertices, row by row from the north-western one.
+    /// Iterates over all vertices, row by row from the north-western one.
     pub fn vertices(&self) -> impl Iterator<Item = Vertex> + '_ {
         self.area.vertices().map(|(x, y)| self.vertex(x, y))
     }

@@ -1,17 +1,17 @@
-//! Normals and slopes from the heights.
+//! Normals and slopes of the land.
 
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::simd::{Kernel, Simd, dispatch};
 
-/// The area of heights that the normals of an area are made of.
+/// Returns the area of heights that the normals of an area depend on.
 pub(super) const fn input(area: Area) -> Area {
     area.padded(1)
 }
 
-/// The unit normal and the slope of every vertex, from central differences.
+/// Unit normals and slopes of vertices, from central differences.
 ///
-/// At a tile's edge the difference reaches across it, into the pad of the heights, so two neighbours agree on the
+/// At a tile's edge the difference reaches across the edge, into the pad of the heights, so two neighbours agree on the
 /// vertices that they share.
 #[derive(Debug)]
 pub struct Normals {
@@ -22,7 +22,7 @@ pub struct Normals {
 }
 
 impl Normals {
-    /// The normals of the vertices of `area`.
+    /// Computes the normals of the vertices of `area`.
     ///
     /// # Panics
     /// When `heights` does not reach one vertex past `area` on each side.
@@ -38,13 +38,13 @@ impl Normals {
         normals
     }
 
-    /// The normals that a kernel elsewhere has computed: east, up, south, and the slope.
+    /// Takes over normals that a kernel on another device has computed: east, up, south, and the slope.
     #[cfg(feature = "gpu")]
     pub(crate) fn of_planes([east, up, south, slope]: [Grid<f32>; 4]) -> Normals {
         Normals { east, up, south, slope }
     }
 
-    /// The unit normal at a vertex: east, up, south.
+    /// Returns the unit normal at a vertex: east, up, south.
     ///
     /// # Panics
     /// When the vertex is outside the area.
@@ -52,25 +52,25 @@ impl Normals {
         self.axes().map(|axis| axis.at(x, y))
     }
 
-    /// East, up and south of row `y` at `x0 <= x < x1`.
+    /// Returns the components east, up and south of row `y` at `x0 <= x < x1`.
     ///
     /// # Panics
-    /// When a part of it is outside the area.
+    /// When a part of the row is outside the area.
     pub fn row(&self, y: i64, x0: i64, x1: i64) -> [&[f32]; 3] {
         self.axes().map(|axis| axis.row(y, x0, x1))
     }
 
-    /// East, up and south of all vertices.
+    /// Returns the components east, up and south of all vertices.
     pub fn axes(&self) -> [&Grid<f32>; 3] {
         [&self.east, &self.up, &self.south]
     }
 
-    /// How far each normal points up: the cosine of the slope's angle, 0 to 1.
+    /// Returns the upward component of each normal: the cosine of the slope's angle, 0 to 1.
     pub fn up(&self) -> &Grid<f32> {
         &self.up
     }
 
-    /// How steep the ground is: metres up per metre along the steepest way, 0 and more.
+    /// Returns the slope at each vertex: metres up per metre along the steepest way, 0 and more.
     pub fn slope(&self) -> &Grid<f32> {
         &self.slope
     }
@@ -131,7 +131,7 @@ mod tests {
                 heights.row_mut(y, x, x + 1)[0] = (3 * x - 4 * y) as f32;
             }
         }
-        // Two metres a vertex: it rises 1.5 m a metre to the east and 2 m to the north.
+        // Two metres between vertices: the plane rises 1.5 m a metre to the east and 2 m a metre to the north.
         let normals = Normals::new(&heights, area, 2.0);
         let length = f32::sqrt(1.0 + 1.5 * 1.5 + 2.0 * 2.0);
         for (got, expected) in normals.at(14, 19).iter().zip([-1.5 / length, 1.0 / length, 2.0 / length]) {

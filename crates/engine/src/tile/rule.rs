@@ -1,4 +1,4 @@
-//! The rule of the ground: the settings as ramps, ready to be applied to lanes.
+//! The rule of the ground: the preset's settings as ramps, ready for SIMD lanes.
 
 use std::f64::consts::SQRT_2;
 
@@ -16,7 +16,7 @@ use crate::tile::blend::floor_scale;
 use crate::tile::surroundings::{ROLL_SHIFT, Round};
 use crate::world::World;
 
-/// Which ground lies where, ready to be applied: each limit as a ramp from 0 to 1.
+/// The rule that decides where each ground material lies. Each limit of the settings is a ramp from 0 to 1.
 #[derive(Clone, Debug)]
 pub struct GroundRule {
     slope_scale: f32,
@@ -28,17 +28,17 @@ pub struct GroundRule {
     pub(super) no_sand: LinearStep,
     pub(super) steep_sand: LinearStep,
     pub(super) snow: LinearStep,
-    /// Metres by which snow lies lower for each part of the normal that points north.
+    /// Metres by which snow lies lower, per unit of the normal's northward component.
     pub(super) snow_north_m: f32,
     pub(super) snow_slides: LinearStep,
     pub(super) scree: Option<Scree>,
     pub(super) forest: Forest,
     pub(super) wet: Option<Wet>,
-    /// What makes the edges of woods, scree and wet ground ragged; `None` where there is none of these.
+    /// Noise for the ragged edges of woods, scree and wet ground; `None` where the ground has none of these.
     pub(super) ragged: Option<Ragged>,
 }
 
-/// What makes edges ragged: noise, where vertices show any.
+/// Noise that makes edges ragged; without noise where the vertices are too far apart to show any.
 #[derive(Clone, Debug)]
 pub(super) struct Ragged {
     pub noise: Option<Fractal>,
@@ -57,28 +57,28 @@ pub(super) struct Wet {
     pub reach_m: f32,
 }
 
-/// Forest; none where nothing asks for it.
+/// Forest; its ramps leave none where the settings ask for none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Forest {
-    /// How far a place of no drawbacks is from the edge of a wood, as the noise has it: below 0 outside of it.
+    /// Score of a place without drawbacks, in units of the noise: below 0 it lies outside a wood.
     bias: f32,
     tree_line: LinearStep,
-    /// Metres by which the tree line lies lower for each part of the normal that points north.
+    /// Metres by which the tree line lies lower, per unit of the normal's northward component.
     pub north_m: f32,
     too_steep: LinearStep,
     no_meadow: LinearStep,
     likes_wet: f32,
-    /// How suddenly a wood ends.
+    /// Slope of the share of forest across a wood's edge, per unit of score.
     edge: f32,
 }
 
-/// What a forest looks at.
+/// Properties of a place that decide about forest.
 #[derive(Clone, Copy)]
 pub(super) struct ForestPlace<S: Simd> {
-    /// In metres, as if the ground were level.
+    /// Height in metres, corrected for aspect: that of level ground with the same trees.
     pub height: S::F32,
     pub steepness: S::F32,
-    /// How steep the way is to the places around: a gully's floor is no meadow.
+    /// Greatest steepness of the ways to the places around: the floor of a gully is no meadow.
     pub around: S::F32,
     pub damp: S::F32,
     pub noise: S::F32,
@@ -102,30 +102,30 @@ impl LinearStep {
     }
 }
 
-/// How much a place at the end of a ramp has against forest, as the noise has it, which is about -1 to 1. A slope that is
-/// nearly too steep keeps its best places; on meadows a few groves are left.
+/// Penalties for forest at the end of each ramp, in units of the noise, which is about -1 to 1. On a slope that is
+/// nearly too steep only the best places keep trees; on meadows a few groves are left.
 const TREE_LINE: f32 = 1.6;
 const STEEP: f32 = 1.2;
 const MEADOW: f32 = 1.0;
-/// From which part of the way to the water on a bank is as good as any.
+/// Factor of dampness in the bonus of banks: from a third of full dampness on, the bonus is whole.
 const BANK: f32 = 3.0;
-/// How suddenly a wood ends: the noise of its edge's two sides is a third apart.
+/// Slope of the share of forest across a wood's edge: from none to full in a third of a unit of the noise.
 const EDGE: f32 = 3.0;
-/// Wavelength in metres of the noise of woods, and how it goes on from there.
+/// Wavelength in metres of the noise's first octave, the size of woods; lacunarity, exponent and number of its octaves.
 const FOREST_M: f64 = 1800.0;
 const LACUNARITY: f64 = 2.7;
 const H: f64 = 0.45;
 const OCTAVES: usize = 6;
-/// Vertices that its shortest waves are long at least; and nodes of a stride, from where a wood of a few would be a speck.
+/// Least wavelength of the noise in vertices; and in nodes of a stride, where a wood of a few nodes would be a speck.
 const VERTICES: f64 = 3.0;
 const AFAR_VERTICES: f64 = 8.0;
-/// Standard deviation of its first octave, about.
+/// Standard deviation of the noise's first octave, about.
 const NOISE_DEVIATION: f64 = 0.3;
-/// From which part of a ramp on the forest dies out whatever the noise says: at its end there is none.
+/// Slope with which forest dies out whatever the noise: over the last quarter of a ramp, to none at its end.
 const LAST: f32 = 4.0;
 
 impl GroundRule {
-    /// The rule of a world, at its nodes.
+    /// Returns the rule of a world, at the world's nodes.
     pub fn of(world: &World) -> GroundRule {
         let Preset { ground, sea_level_m, .. } = world.preset();
         let (spacing_m, seed) = (world.spacing_m(), world.chance());
@@ -133,12 +133,12 @@ impl GroundRule {
         if world.stride() == Stride::ONE { rule } else { rule.from_afar(spacing_m, seed) }
     }
 
-    /// Metres from a vertex to the next.
+    /// Returns the distance in metres from a vertex to the next.
     pub fn spacing_m(&self) -> f64 {
         self.exact_spacing_m
     }
 
-    /// The rule of checked settings on a lattice of this spacing; sand lies about the sea level.
+    /// Makes the rule of checked settings on a lattice of the given spacing. Sand lies about the sea level.
     pub fn new(ground: &GroundSettings, sea_level_m: Option<f64>, spacing_m: f64, seed: u64) -> GroundRule {
         let sea_level_m = sea_level_m.unwrap_or(0.0);
         let or = |ramp: Option<[f64; 2]>, value| ramp.map_or(LinearStep::always(value), LinearStep::between);
@@ -157,9 +157,9 @@ impl GroundRule {
             snow_slides: LinearStep::between(ground.snow_slope),
             scree: ground.scree.map(|lies| Scree { reach_m: ground.scree_m as f32, lies: LinearStep::between(lies) }),
             forest: Forest {
-                // The noise is within 0.8 nearly everywhere: from hardly any wood to hardly any glade.
+                // The noise is within 0.8 nearly everywhere: the bias leads from hardly any wood to hardly any glade.
                 bias: ((ground.forest_share - 0.5) * 1.6) as f32,
-                // At the end of the ramp everywhere: no forest.
+                // Without a tree line, every place is at the ramp's end: there is no forest.
                 tree_line: or(ground.forest_m, 1.0),
                 north_m: (ground.forest_aspect_m * SQRT_2) as f32,
                 too_steep: LinearStep::between(ground.forest_slope),
@@ -175,12 +175,14 @@ impl GroundRule {
         }
     }
 
-    /// The same at the nodes of a stride: of woods that are too small to be seen there is the mean, so their edges are soft.
+    /// Adapts the rule to the nodes of a stride. Woods too small to be seen enter as their mean, so the edges of woods
+    /// are soft.
     #[must_use]
     pub fn from_afar(mut self, spacing_m: f64, seed: u64) -> GroundRule {
         let seen = waves().take_while(|wave_m| *wave_m >= AFAR_VERTICES * spacing_m).count();
         let lost = (seen..OCTAVES).map(|octave| libm::pow(LACUNARITY, -2.0 * H * octave as f64)).sum::<f64>();
-        // Half of the ramp of a wood's edge, as the noise has it, and what is left out of that, which is about normal.
+        // Half of the ramp across a wood's edge in units of the noise, and the deviation of the octaves left out, which
+        // is about normal.
         let [ramp, left] = [0.5 / f64::from(EDGE), 1.25 * NOISE_DEVIATION * lost.sqrt()];
         self.forest.edge = (0.5 / (ramp * ramp + left * left).sqrt()) as f32;
         if let Some(ragged) = &mut self.ragged {
@@ -190,8 +192,8 @@ impl GroundRule {
         self
     }
 
-    /// The rule as words, for kernels that run elsewhere: `shaders/tile.wgsl` has their places by name. Of what needs water there is
-    /// nothing.
+    /// Packs the rule into words for kernels on other devices; `shaders/tile.wgsl` names their places. Settings that
+    /// need water are left out.
     #[cfg(feature = "gpu")]
     pub(crate) fn pack(&self, words: &mut Vec<u32>) {
         let ramp = |ramp: LinearStep| [ramp.scale, ramp.shift];
@@ -213,21 +215,21 @@ impl GroundRule {
         }
     }
 
-    /// What a rule looks at beside the land itself: noise, and rubble.
+    /// Returns the inputs of the rule beside the land itself, if it has any: noise, and whether it needs rubble.
     #[cfg(feature = "gpu")]
     pub(crate) fn ragged(&self) -> Option<(Option<&Fractal>, bool)> {
         self.ragged.as_ref().map(|ragged| (ragged.noise.as_ref(), self.scree.is_some()))
     }
 
-    /// How far below the tree line a place is, by its height and by how far its normal points south: 1 where trees stand as they
-    /// do anywhere, 0 from where on none does.
+    /// Returns how far a place lies below the tree line, given its height and the normal's southward component: 1 where
+    /// the tree line does not thin out trees, 0 where it allows none.
     pub fn below_tree_line(&self, height_m: f32, south: f32) -> f32 {
         let line = self.forest.tree_line;
         1.0 - ((height_m - south * self.forest.north_m) * line.scale + line.shift).clamp(0.0, 1.0)
     }
 
-    /// How much of what snow and rock leave is scree, by how much more rubble has come than rock stands there, from none
-    /// at 0, and by steepness.
+    /// Returns the share of scree in the ground that snow and rock leave. `rubble` is the amount of rubble beyond the
+    /// rock at the place itself; at 0 there is no scree.
     #[inline(always)]
     pub(super) fn scree_share<S: Simd>(&self, simd: S, rubble: S::F32, steepness: S::F32, noise: S::F32) -> S::F32 {
         let Some(scree) = self.scree else { return simd.splat(0.0) };
@@ -236,14 +238,16 @@ impl GroundRule {
     }
 }
 
-/// How much is wetland of what rock and sand leave, by how near water is: 1 at a lake, 0 out of its reach.
+/// Returns the share of wetland in the ground that rock and sand leave. `damp` is 1 at a lake and 0 out of reach of
+/// water.
 #[inline(always)]
 pub(super) fn wetland_share<S: Simd>(simd: S, damp: S::F32, noise: S::F32) -> S::F32 {
     let damp = damp * (simd.splat(1.0) + noise * simd.splat(0.6));
     clamp(simd, damp * simd.splat(3.0) - simd.splat(0.9))
 }
 
-/// From the size of a forest down to that of a glade, but no finer than what vertices show as a shape.
+/// Returns the noise of the ground: from the size of a forest down to the size of a glade, but no finer than vertices
+/// can show.
 fn noise_spec(spacing_m: f64) -> FractalSpec {
     let wavelength_m = FOREST_M.max(2.0 * VERTICES * spacing_m);
     let waves = std::iter::successors(Some(wavelength_m), |wave_m| Some(wave_m / LACUNARITY));
@@ -251,13 +255,13 @@ fn noise_spec(spacing_m: f64) -> FractalSpec {
     FractalSpec { kind: FractalKind::Fbm, octaves: octaves as u32, wavelength_m, lacunarity: LACUNARITY, h: H }
 }
 
-/// The wavelengths of its octaves in metres.
+/// Returns the wavelengths of the noise's octaves in metres.
 fn waves() -> impl Iterator<Item = f64> {
     std::iter::successors(Some(FOREST_M), |wave_m| Some(wave_m / LACUNARITY)).take(OCTAVES)
 }
 
 impl Forest {
-    /// How much of what is left is forest, at a height that is corrected for its aspect.
+    /// Returns the share of forest in the ground that other materials leave.
     #[inline(always)]
     pub fn share<S: Simd>(self, simd: S, place: &ForestPlace<S>) -> S::F32 {
         let &ForestPlace { height, steepness, around, damp, noise } = place;
@@ -274,14 +278,14 @@ impl Forest {
     }
 }
 
-/// The steepness of a vertex whose normal points up so far.
+/// Returns the steepness of vertices, given the upward component of their normals.
 #[inline(always)]
 pub(super) fn steepness<S: Simd>(simd: S, up: S::F32, rule: &GroundRule) -> S::F32 {
     let one = simd.splat(1.0);
     simd.min((one - up) * simd.splat(rule.slope_scale), one)
 }
 
-/// Where a value lies on a ramp: 0 at its beginning, 1 at its end.
+/// Returns the position of a value on a ramp: 0 at its beginning, 1 at its end, and beyond.
 #[inline(always)]
 fn along<S: Simd>(simd: S, value: S::F32, ramp: LinearStep) -> S::F32 {
     value * simd.splat(ramp.scale) + simd.splat(ramp.shift)

@@ -1,4 +1,4 @@
-//! The surface of a tile: all that follows from its land and from what lines have done to it.
+//! The surface of a tile: all that follows from its land and from the imprint of lines.
 
 use crate::area::Area;
 use crate::clock::{Clock, stage};
@@ -6,26 +6,26 @@ use crate::land::Land;
 use crate::lines::Imprint;
 use crate::tile::{Blend, GroundRule, Normals};
 
-/// What lies on the land of a tile.
+/// Normals, materials and imprint of a tile's land.
 #[derive(Debug)]
 pub(crate) struct Surface {
     pub normals: Normals,
     pub blend: Blend,
-    /// What lines have done to the land; `None` where they have done nothing.
+    /// The imprint of lines in the land; `None` where they have left none.
     pub imprint: Option<Imprint>,
 }
 
 impl Surface {
-    /// The surface of the vertices of `area`, given the land around them as lines have left it, with the time of each stage booked
-    /// on `clock`.
+    /// Computes the surface of the vertices of `area`, given the land around them as shaped by lines, and books the
+    /// time of each stage on `clock`.
     ///
     /// # Panics
     /// When `land` does not hold the [input](crate::tile::shaped_input) of the area.
     pub fn new(rule: &GroundRule, land: &Land, imprint: Option<Imprint>, area: Area, clock: &Clock) -> Surface {
         let Land { heights, water } = land;
-        // Normals and slopes from differences across the edge.
+        // Central differences, which reach across the tile's edge.
         let normals = clock.time(stage::NORMALS, || Normals::new(heights, area, rule.spacing_m()));
-        // What the ground is made of.
+        // Materials, with the sand and dirt of lines on top.
         let blend = clock.time(stage::BLEND, || {
             let mut blend = Blend::new(rule, heights, water.as_ref(), &normals);
             if let Some(imprint) = &imprint {

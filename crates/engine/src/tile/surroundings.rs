@@ -1,7 +1,8 @@
-//! What lies around a vertex and makes its ground: rock above it, and water beside it.
+//! Surroundings of a vertex that affect its ground: rock above it, and water beside it.
 //!
-//! Both spread from vertex to vertex, in steps of four, of two and of one, so that seven vertices are crossed in three
-//! rounds. What a vertex has is the most that any of its neighbours brings, in whatever order they are looked at.
+//! Rubble and damp spread from vertex to vertex, in steps of four, of two and of one, so that three rounds cross seven
+//! vertices. A vertex takes the most that any of its neighbours brings, so the order in which they are looked at does
+//! not matter.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -9,31 +10,32 @@ use crate::land::{Water, WaterKind};
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::rule::{GroundRule, clamp, ramp, steepness};
 
-/// The steps of the rounds in vertices, and how far they lead together.
+/// Steps of the rounds in vertices, and the distance that they cover together.
 pub(crate) const STEPS: [usize; 3] = [4, 2, 1];
 pub(crate) const REACH: usize = STEPS[0] + STEPS[1] + STEPS[2];
 
-/// The area of land that the surroundings of an area are made of: the slope of the furthest vertex too.
+/// Returns the area of heights that the surroundings of an area depend on, including those for the slope of the
+/// furthest vertex.
 pub(super) const fn input(area: Area) -> Area {
     area.padded(REACH + 1)
 }
 
-/// Metres up a metre from where rubble comes to where it lies: below the first it stays where it is, above the second
-/// all rolls on. They are slopes of 17 and 27 degrees; it comes to rest at 30 to 38.
+/// Slopes, in metres up a metre, of the way along which rubble comes down: below the first all of it stays where it is,
+/// above the second all of it rolls on. They are slopes of 17 and 27 degrees; rubble comes to rest at 30 to 38.
 const ROLLS: [f32; 2] = [0.3, 0.5];
 
-/// The share of what rolls that does not depend on the rise.
+/// The share of rubble that rolls on is linear in the rise: this is its constant term.
 pub(super) const ROLL_SHIFT: f32 = -ROLLS[0] / (ROLLS[1] - ROLLS[0]);
 
-/// How many metres on level ground a metre up a bank is worth to what wets the ground.
+/// Metres on level ground over which damp loses as much as over a metre up a bank.
 const CLIMB: f32 = 5.0;
 
-/// Cubic metres a second from which on a river wets as much ground as a lake does. A sixteenth of that wets half as much:
-/// the floor of a valley widens more slowly than its river.
+/// Discharge in cubic metres a second from which on a river wets as much ground as a lake does. A sixteenth of it wets
+/// half as much: the floor of a valley widens more slowly than its river.
 const LARGE_M3S: f32 = 2.0;
 
-/// What is lost in a round on the way from a neighbour, and what makes a rise on that way a share of what rolls: straight, and
-/// diagonally.
+/// Constants of a round, for straight and for diagonal ways: the loss on the way from a neighbour, and the factor that
+/// turns a rise in metres into a share of rubble that rolls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Round {
     pub losses: [f32; 2],
@@ -41,7 +43,7 @@ pub(super) struct Round {
 }
 
 impl Round {
-    /// A round of so many vertices.
+    /// Returns the round with steps of so many vertices.
     fn new(step: usize, spacing_m: f32, reach_m: f32) -> Round {
         let straight_m = step as f32 * spacing_m;
         let ways_m = [straight_m, straight_m * std::f32::consts::SQRT_2];
@@ -51,30 +53,30 @@ impl Round {
         }
     }
 
-    /// All rounds, in their order.
+    /// Returns all rounds in their order.
     #[cfg(feature = "gpu")]
     pub fn all(spacing_m: f32, reach_m: f32) -> [Round; STEPS.len()] {
         STEPS.map(|step| Round::new(step, spacing_m, reach_m))
     }
 }
 
-/// What lies around the vertices of an area.
+/// Surroundings of the vertices of an area.
 #[derive(Debug)]
 pub(super) struct GroundSurroundings {
-    /// How much rubble comes from above: 1 beneath rock, 0 out of its reach. Where rock stands it is at least as much as
-    /// there is of that.
+    /// Rubble that comes from above: 1 beneath rock, 0 out of its reach. Where rock stands, rubble is at least as much
+    /// as the share of rock.
     pub rubble: Grid<f32>,
-    /// How near water is: 1 at a lake, 0 out of its reach.
+    /// Damp from nearby water: 1 at a lake, 0 out of its reach.
     pub damp: Grid<f32>,
     /// Noise for ragged edges, about -1 to 1.
     pub noise: Grid<f32>,
 }
 
 impl GroundSurroundings {
-    /// The surroundings of an area; `None` where the rule does not look at them.
+    /// Computes the surroundings of an area; `None` where the rule does not look at them.
     ///
     /// # Panics
-    /// When `heights` or `water` does not hold the area's input.
+    /// When `heights` or `water` does not hold the area's [`input`].
     pub fn new(
         rule: &GroundRule,
         heights: &Grid<f32>,
@@ -95,7 +97,7 @@ impl GroundSurroundings {
     }
 }
 
-/// The rubble of an area; `None` where none comes.
+/// Returns the rubble of an area; `None` where there is no rock from which it could come.
 fn rubble(rule: &GroundRule, heights: &Grid<f32>, area: Area) -> Option<Grid<f32>> {
     let reach_m = rule.scree?.reach_m;
     let mut rock = Grid::filled(area.padded(REACH), 0.0);
@@ -103,12 +105,12 @@ fn rubble(rule: &GroundRule, heights: &Grid<f32>, area: Area) -> Option<Grid<f32
     is_there.then(|| spread::<true>(rock, heights, area, rule.spacing_m, reach_m))
 }
 
-/// How near water is in an area; `None` where none is near.
+/// Returns the damp of an area; `None` where no water is near.
 fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Area) -> Option<Grid<f32>> {
     let (wet, water) = rule.wet.zip(water)?;
     let wide = area.padded(REACH);
     let mut near = Grid::filled(wide, 0.0);
-    // Banks rise from the water's surface.
+    // Banks rise from the water's surface, so its depth is added to the ground.
     let mut levels_m = Grid::filled(wide, 0.0);
     let mut is_there = false;
     let Area { x0, y0, x1, y1 } = wide;
@@ -133,7 +135,7 @@ fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Are
     is_there.then(|| spread::<false>(near, &levels_m, area, rule.spacing_m, wet.reach_m))
 }
 
-/// Marks how much rock stands at each vertex, as the weights have it, and returns whether there is any.
+/// Writes the share of rock at each vertex, equal to that of the blend weights, and returns whether there is any rock.
 struct Rock<'a> {
     rule: &'a GroundRule,
     heights: &'a Grid<f32>,
@@ -158,7 +160,8 @@ impl Kernel for Rock<'_> {
             let mut at = 0;
             while at < width {
                 let from = at.min(width - S::LANES);
-                // As the normals are made, to the last bit: rock has exactly as much rubble as there is of it.
+                // The same arithmetic as for normals, to the last bit: rock then has exactly as much rubble as its own
+                // share.
                 let rise_east = (simd.load(&middle[from + 2..]) - simd.load(&middle[from..])) * scale;
                 let rise_south = (simd.load(&south[from..]) - simd.load(&north[from..])) * scale;
                 let up = one / simd.sqrt((rise_east * rise_east + rise_south * rise_south) + one);
@@ -172,7 +175,7 @@ impl Kernel for Rock<'_> {
     }
 }
 
-/// What spreads over an area from the sources up to [`REACH`] around it: rubble downhill, or water on level ground.
+/// Spreads the sources up to [`REACH`] vertices around an area over the area: rubble downhill, or damp on level ground.
 fn spread<const DOWNHILL: bool>(
     sources: Grid<f32>,
     levels_m: &Grid<f32>,
@@ -190,7 +193,8 @@ fn spread<const DOWNHILL: bool>(
     spread
 }
 
-/// One round: every vertex takes the most of what it has and of what its eight neighbours bring, so many vertices away.
+/// One round: every vertex takes the most of its own value and of those that the eight neighbours, `step` vertices
+/// away, bring.
 struct SpreadRound<'a, const DOWNHILL: bool> {
     from: &'a Grid<f32>,
     levels_m: &'a Grid<f32>,
@@ -227,7 +231,7 @@ impl<const DOWNHILL: bool> Kernel for SpreadRound<'_, DOWNHILL> {
                     around = simd.max(around, simd.load(&froms[neighbour / 3][first + neighbour % 3 * step..]));
                     neighbour += 1;
                 }
-                // Nothing comes to most places, and no vertex has less than that.
+                // Most places get nothing from anywhere, and no vertex has less than 0.
                 if !simd.any(simd.lt(zero, around)) {
                     simd.store(zero, &mut to[first..]);
                     continue;

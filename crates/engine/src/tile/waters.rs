@@ -1,5 +1,5 @@
-//! The water that is seen on a tile, whoever has brought it: that of fluvial relief; over land of noise the sea, and the rivers that
-//! agents have dug.
+//! The water that is seen on a tile, whatever its source: fluvial relief, or, over land of noise, the sea and the
+//! rivers that agents have dug.
 
 use crate::area::Stride;
 use crate::fluvial::settings::RIVER_WIDTH_M;
@@ -8,25 +8,25 @@ use crate::lines::DugWaters;
 use crate::tile::{Tile, TileView};
 use crate::world::World;
 
-/// What water there is at a vertex.
+/// The water at a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WaterHere {
-    /// Its kind.
+    /// The kind of water.
     pub kind: WaterKind,
-    /// Metres from the bed to the surface; 0 where it is dry.
+    /// Depth of the water in metres, from the bed to the surface; 0 where it is dry.
     pub depth_m: f32,
-    /// Discharge in cubic metres a second of the channel; 0 off the channels.
+    /// Discharge of the channel in cubic metres a second; 0 off the channels.
     ///
-    /// Agents know none: that of their rivers is the discharge of a river that is as wide in a fluvial world with the default
-    /// `river_width_m`.
+    /// Agents' rivers have no discharge of their own: theirs is the discharge of an equally wide river in a fluvial
+    /// world with the default `river_width_m`.
     pub flow_m3s: f32,
 }
 
 impl TileView<'_> {
-    /// The water that is seen at a vertex.
+    /// Returns the water that is seen at a vertex.
     ///
     /// # Panics
-    /// When it is not one of the tile's.
+    /// When the vertex is not one of the tile's.
     pub fn water(self, x: i64, y: i64) -> WaterHere {
         let TileView { tile, world } = self;
         if let Some(water) = &tile.water {
@@ -43,7 +43,7 @@ impl TileView<'_> {
         let waters = tile.dug_waters();
         WaterHere {
             kind: WaterKind::River,
-            // Where a bank has a share of the vertex the water is less deep.
+            // Where a bank has a share of the vertex, the water is shallower by this share.
             depth_m: waters.depth_m.at(x, y) * dug.water.at(x, y),
             flow_m3s: flow_m3s(waters.width_m.at(x, y)),
         }
@@ -51,26 +51,27 @@ impl TileView<'_> {
 }
 
 impl Tile {
-    /// The waters of the rivers that agents have dug on it.
+    /// Returns the waters of the rivers that agents have dug on the tile.
     fn dug_waters(&self) -> &DugWaters {
         let lines = self.lines.iter().chain(&self.crossings).map(AsRef::as_ref);
         self.derived.dug_waters.get_or_init(|| DugWaters::new(lines, self.area))
     }
 }
 
-/// Cubic metres a second of a river that is so many metres wide: widths grow as the root of the discharge.
+/// Returns the discharge in cubic metres a second of a river of some width in metres: widths grow as the root of the
+/// discharge.
 fn flow_m3s(width_m: f32) -> f32 {
     let roots = width_m / RIVER_WIDTH_M as f32;
     roots * roots
 }
 
-/// Whether there are rivers in a world, if only somewhere.
+/// Tells whether a world may have rivers anywhere.
 pub fn has_rivers(world: &World) -> bool {
     let of_agents = world.preset().rivers.is_some() && world.stride() == Stride::ONE;
     of_agents || world.relief().fluvial().is_some()
 }
 
-/// Whether there is any water in a world, if only somewhere.
+/// Tells whether a world may have water anywhere.
 pub fn has_water(world: &World) -> bool {
     has_rivers(world) || world.preset().sea_level_m.is_some()
 }

@@ -1,22 +1,22 @@
-//! The camera of the thesis' experiment: constant speed, a turn of ninety degrees each minute, in virtual time.
+//! The camera of the thesis' experiment: constant speed, and a turn of ninety degrees each minute, in virtual time.
 
 use crate::error::Error;
 
-/// Frames a second of the camera's own time, in which it looks whether it has crossed an edge.
+/// Frames per second of the camera's virtual time. At each frame the camera checks whether it has crossed a tile edge.
 pub const FRAMES_A_SECOND: f64 = 60.0;
 
-/// Seconds from a turn to the next.
+/// Time in seconds from one turn to the next.
 const LEG_S: f64 = 60.0;
 
-/// The heading of the first leg as (east, south), of length 1: thirty degrees off the axis of the tiles.
+/// Heading on the first leg as a unit vector (east, south): thirty degrees off the tiles' axis.
 ///
-/// The thesis does not tell its own. Along an axis the camera would only ever cross one kind of edge; so it crosses
-/// both, and corners too.
+/// The thesis does not tell its heading. Along an axis the camera would cross edges of one direction only; with this
+/// heading it crosses both directions, and corners too.
 const HEADING: [f64; 2] = [0.866_025_403_784_438_6, 0.5];
 
-/// A camera that nobody steers, so that every configuration sees the same walk.
+/// A camera on a fixed route, so that every configuration sees the same walk.
 ///
-/// Its time is virtual: it stands still while tiles are made, so five minutes take only as long as the tiles do.
+/// Its time is virtual: it stops while tiles are made, so a walk of five minutes takes only as long as its tiles.
 ///
 /// Based on: Grelsson (2014), chapter 5.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,13 +26,14 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The longest walk.
+    /// Longest duration of a walk in minutes.
     pub const MOST_MINUTES: f64 = 1440.0;
 
-    /// Whether a camera can walk over tiles that are so many metres wide.
+    /// Checks the duration and speed of a walk over tiles that are `tile_m` metres wide.
     ///
     /// # Errors
-    /// When it walks for no time, or too long, or does not move, or goes faster than a tile a frame; the hint says what would do.
+    /// When the duration is not above 0 or is too long, when the speed is not above 0, or when it is faster than a tile
+    /// per frame; the hint names values that are allowed.
     pub fn check(minutes: f64, speed_m_s: f64, tile_m: f64) -> Result<(), Error> {
         let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
         if !(minutes > 0.0 && minutes <= Camera::MOST_MINUTES) {
@@ -41,7 +42,7 @@ impl Camera {
                 format!("give more than 0 and at most {}, such as 5", Camera::MOST_MINUTES),
             );
         }
-        // Faster, and one expansion would be several tiles deep.
+        // At a higher speed one expansion could be several tiles deep.
         let fastest_m_s = tile_m * FRAMES_A_SECOND;
         if !(speed_m_s > 0.0 && speed_m_s <= fastest_m_s) {
             return refuse(
@@ -52,16 +53,16 @@ impl Camera {
         Ok(())
     }
 
-    /// The camera that starts at `start_m`, in metres east and south, and goes at `speed_m_s` metres a second.
+    /// Creates a camera that starts at `start_m`, in metres east and south, and moves at `speed_m_s` metres a second.
     pub fn new(start_m: [f64; 2], speed_m_s: f64) -> Camera {
         Camera { start_m, speed_m_s }
     }
 
-    /// Where the camera is after `time_s` seconds: metres east and south. Before the start it is at the start.
+    /// Returns the camera's position after `time_s` seconds in metres east and south. Before the start it is the start.
     pub fn position_m(&self, time_s: f64) -> [f64; 2] {
         let time_s = time_s.max(0.0);
         let whole_legs = (time_s / LEG_S).floor();
-        // Four legs are a square, which ends where it began; so only the last few legs count.
+        // Four legs form a square that ends where it began, so only the legs since the last full square count.
         let legs = (whole_legs % 4.0) as usize;
         let mut position = self.start_m;
         let mut heading = HEADING;
@@ -70,13 +71,13 @@ impl Camera {
             for (axis, towards) in position.iter_mut().zip(heading) {
                 *axis += towards * self.speed_m_s * length_s;
             }
-            // To the right: from east to south.
+            // Turns to the right: from east to south.
             heading = [-heading[1], heading[0]];
         }
         position
     }
 
-    /// Where the camera is at each frame of so many minutes, from the start on.
+    /// Lists the camera's positions at each frame of a walk of this many minutes, including the start.
     pub fn places_m(self, minutes: f64) -> impl Iterator<Item = [f64; 2]> {
         let frames = (minutes * 60.0 * FRAMES_A_SECOND).round() as u64;
         (0..=frames).map(move |frame| self.position_m(frame as f64 / FRAMES_A_SECOND))
@@ -96,12 +97,12 @@ mod tests {
         let camera = Camera::new([32.0, 32.0], 10.0);
         assert_eq!(camera.position_m(0.0), [32.0, 32.0]);
         assert_eq!(camera.position_m(-5.0), [32.0, 32.0]);
-        // In a leg as far as time times speed.
+        // Within a leg the distance is time times speed.
         assert!((distance(camera.position_m(7.0), camera.position_m(52.0)) - 450.0).abs() < 1e-9);
-        // Around a corner along the two sides of a right angle.
+        // Around a corner the way is the two sides of a right angle.
         let around = distance(camera.position_m(57.0), camera.position_m(64.0));
         assert!((around - f64::hypot(30.0, 40.0)).abs() < 1e-9, "{around}");
-        // To the right: east, then south, then west.
+        // Turns to the right: east, then south, then west.
         let [a, b, c] = [0.0, 60.0, 120.0].map(|time_s| camera.position_m(time_s));
         assert!(b[0] > a[0] && b[1] > a[1] && c[0] < b[0] && c[1] > b[1], "{a:?} {b:?} {c:?}");
     }

@@ -1,10 +1,11 @@
 //! The classic agents: rivers and roads that go as far as there are tiles, and wait there for more.
 //!
-//! Based on: Grelsson (2014), sections 4.2 and 4.3. An agent sees one tile only. Where it leaves it, what follows
-//! depends on whether the tile behind that edge was ever made; so all of this depends on the order of making.
+//! Based on: Grelsson (2014), sections 4.2 and 4.3. An agent sees one tile only. When it leaves that tile, its fate
+//! depends on whether the tile behind the edge was ever made. So the result depends on the order in which tiles are
+//! made.
 //!
-//! A tile holds at most one river and one road, as its record does. When several wait at its edges, the one that has
-//! come farthest goes on, and the others end behind the edge.
+//! A tile holds at most one river and one road, as its record does. If several of a kind wait at its edges, the one
+//! with the longest way goes on, and the others end just behind the edge.
 
 use crate::agents::heuristic::{RiverHeuristic, RoadHeuristic};
 use crate::agents::record::{Passage, Records, TileRecord};
@@ -16,18 +17,19 @@ use crate::hash::{self, Stream};
 use crate::lines::{Imprint, Line, LineId, LineKind, fade};
 use crate::world::World;
 
-/// Nodes that an agent may have in one tile, per cell of the tile's side: one that has more walks in circles. Times
-/// the largest tile's cells, it fits the 16 bits of a record.
+/// Largest number of nodes that an agent may have in one tile, per cell of the tile's side; an agent with more walks in
+/// circles. Even in the largest tiles the number of nodes fits into the 16 bits of a record.
 pub const NODES_A_CELL: usize = 8;
 
-/// Cells over which a line of one tile fades towards the tile's edge: little, so that what crosses the edge and is not
-/// faded closes the gap.
+/// Width in cells of the strip along a tile's edge in which the tile's own lines fade out. The strip is narrow, so that
+/// the crossings, which do not fade, close the gap.
 const EDGE_FADE_CELLS: i64 = 6;
 
-/// Cells that a step over an edge is drawn out to both sides, so that it closes the gap that faded ways leave.
+/// Number of cells by which the crossing of an edge is extended to both sides, to close the gap that the faded lines
+/// leave.
 const CROSSING_CELLS: i64 = 3;
 
-/// A tile that is being made, as agents need it.
+/// A tile in the making, as agents see it.
 pub(super) struct TileAgents<'a> {
     world: &'a World,
     id: TileId,
@@ -35,12 +37,12 @@ pub(super) struct TileAgents<'a> {
     heights: &'a Grid<f32>,
 }
 
-/// An agent about to walk over a tile.
+/// An agent that is about to walk through a tile.
 #[derive(Clone, Copy)]
 struct Leg {
-    /// Its first node in the tile.
+    /// First node in the tile.
     start: Node,
-    /// The node before, in the tile that it comes from, and the step from there.
+    /// Last node in the previous tile, and the direction of the step from there.
     behind: Option<(Node, Direction)>,
     direction: Direction,
     before_cells: u32,
@@ -48,19 +50,20 @@ struct Leg {
 }
 
 impl<'a> TileAgents<'a> {
-    /// The tile at `id`, of which the bare heights are known with their pad.
+    /// Prepares the agents of the tile at `id`; `heights` are its bare heights with their pad.
     pub fn new(world: &'a World, id: TileId, heights: &'a Grid<f32>) -> TileAgents<'a> {
         TileAgents { world, id, area: id.area(world.tile_cells()), heights }
     }
 
-    /// The record and the lines of the tile when it is made for the first time, the terrain growing in `growth`.
+    /// Makes the record and the lines of a tile that is made for the first time. `growth` is the direction in which the
+    /// terrain grows there.
     ///
-    /// A tile that nobody waits at starts a river, a road or both, as in the thesis. Nothing is left of an agent that would
-    /// start in the sea, of a road where all is too steep, and of one that comes upon a tile which stands before it has
-    /// left its own.
+    /// A tile at which no agent waits starts a river, a road or both, as in the thesis. An agent leaves nothing if it
+    /// would start in the sea, if it is a road and every way is too steep, or if it meets an existing tile before it
+    /// has left its own.
     pub fn settle(&self, records: &Records, growth: Direction) -> (TileRecord, Vec<Line>) {
         let kinds = self.kinds();
-        // Whoever waits at the edges goes on; a tile starts agents of its own only when nobody does.
+        // Agents that wait at the edges go on. The tile starts agents of its own only if none waits.
         let waiting = kinds.filter_map(|kind| Some((kind, self.waiting(kind, records)?)));
         let mut legs: Vec<(LineKind, Leg)> = waiting.collect();
         if legs.is_empty() {
@@ -80,18 +83,18 @@ impl<'a> TileAgents<'a> {
         (record, lines)
     }
 
-    /// The lines of the tile when it is made again.
+    /// Makes the lines of a tile again from its record.
     pub fn lines(&self, record: &TileRecord) -> Vec<Line> {
         let again = |kind| {
             let passage = record.passage(kind)?;
-            // A greedy way is the same up to where it was cut, so a record keeps only the number of its nodes.
+            // A greedy way is the same up to the place where it was cut, so the number of nodes is enough to repeat it.
             let nodes = self.trace(kind, self.leg(kind, passage), passage.nodes as usize).nodes;
             Some(self.line(kind, passage, nodes))
         };
         self.kinds().filter_map(again).collect()
     }
 
-    /// The kinds of agents that the world has.
+    /// Lists the kinds of agents that the world has.
     fn kinds(&self) -> impl Iterator<Item = LineKind> + Clone + use<> {
         let preset = self.world.preset();
         let river = preset.rivers.is_some().then_some(LineKind::River);
@@ -99,9 +102,10 @@ impl<'a> TileAgents<'a> {
         [river, road].into_iter().flatten()
     }
 
-    /// The kinds that the tile starts itself: of two one or the other or both, by its hash, and always an only one.
+    /// Lists the kinds of agents that the tile itself starts: the river, the road or both, by the tile's hash; if the
+    /// world has one kind only, always that one.
     ///
-    /// Densities are for bakes: by chance most tiles would start none, and the thesis knows no such tile.
+    /// Densities apply to bakes only. With them most tiles would start no agent, and the thesis has no such tiles.
     fn own_kinds(&self) -> impl Iterator<Item = LineKind> + use<> {
         let stream = hash::stream(self.world.chance(), Stream::WalkerAgent);
         let left_out = match hash::lattice(stream, self.id.x, self.id.y) % 3 {
@@ -113,7 +117,7 @@ impl<'a> TileAgents<'a> {
         self.kinds().filter(move |kind| is_only || Some(*kind) != left_out)
     }
 
-    /// The agent that waits at one of the tile's edges, and of several the one that has come farthest.
+    /// Returns the agent that waits at one of the tile's edges; if several do, the one with the longest way.
     fn waiting(&self, kind: LineKind, records: &Records) -> Option<Leg> {
         let stride = self.stride(kind);
         let mut farthest: Option<Leg> = None;
@@ -121,7 +125,7 @@ impl<'a> TileAgents<'a> {
             let from = neighbour(self.id, direction.opposite());
             let Some(passage) = records.find(from).and_then(|record| record.passage(kind)) else { continue };
             let before_cells = passage.end_cells(stride as u32);
-            // Of equal ones the first direction has it, whichever tile was made first.
+            // Of equally long ways the first direction wins, whichever tile was made first.
             if passage.exit == Some(direction) && farthest.is_none_or(|leg| before_cells > leg.before_cells) {
                 let behind = vertex(from.area(self.world.tile_cells()), passage.last);
                 farthest = Some(Leg {
@@ -136,8 +140,8 @@ impl<'a> TileAgents<'a> {
         farthest
     }
 
-    /// The agent that starts in the tile, unless it would in the sea: a river at the highest vertex, a road in the middle
-    /// or at the nearest place to it where there is a way on.
+    /// Returns the agent that starts in the tile, unless the start would be in the sea. A river starts at the highest
+    /// vertex, a road in the middle or at the nearest place from which there is a way on.
     fn started(&self, kind: LineKind, direction: Direction) -> Option<Leg> {
         let leg = |start| Leg { start, behind: None, direction, before_cells: 0, lowest_m: self.height_m(start) };
         let is_dry = |start| !self.ground().is_under_water(start);
@@ -157,27 +161,27 @@ impl<'a> TileAgents<'a> {
         }
     }
 
-    /// The way of an agent that comes here for the first time; `None` when nothing of it is left.
+    /// Walks an agent through the tile for the first time; `None` if nothing of its way is left.
     fn walk(&self, kind: LineKind, leg: Leg, records: &Records) -> Option<(Passage, Vec<Node>)> {
         let Trace { mut nodes, end } = self.trace(kind, leg, NODES_A_CELL * self.world.tile_cells() as usize);
         let mut exit = None;
         if let TraceEnd::Edge(direction) = end {
-            // What was made once comes back unchanged, so it stands in the way even when nobody is near.
+            // A tile that was made once always comes back unchanged, so it blocks the way even while it is not loaded.
             if records.find(neighbour(self.id, direction)).is_none() {
                 exit = Some(direction);
             } else if leg.behind.is_some() {
-                // One from another tile is seen there, so it has to end somewhere here: it loses its last third.
-                // One that begins here nobody has seen: it does not begin.
+                // An agent that comes from another tile is already visible there, so it has to end in this tile: it
+                // loses its last third. An agent that starts here was never visible, so it is dropped.
                 nodes.truncate(nodes.len() - nodes.len() / 3);
             } else {
                 return None;
             }
         }
-        // One that got nowhere leaves no trace.
+        // An agent that has not moved is dropped.
         if nodes.len() == 1 && leg.behind.is_none() && exit.is_none() {
             return None;
         }
-        // The largest tile has 4096 cells a side, so that 16 bits do.
+        // The largest tile has 4096 cells a side, so local coordinates fit into 16 bits.
         let local = |(x, y): Node| [(x - self.area.x0) as u16, (y - self.area.y0) as u16];
         let passage = Passage {
             start: local(leg.start),
@@ -188,13 +192,13 @@ impl<'a> TileAgents<'a> {
             last: local(*nodes.last().expect("a trace has a node")),
             before_cells: leg.before_cells,
             lowest_before_m: leg.lowest_m,
-            // Of the nodes that are left: ground that was cut off must not lower the bed beyond.
+            // Only nodes that are left count: ground that was cut off must not lower the bed beyond.
             lowest_m: nodes.iter().map(|node| self.height_m(*node)).fold(leg.lowest_m, f32::min),
         };
         Some((passage, nodes))
     }
 
-    /// The agent of a passage, as it was before it walked.
+    /// Restores the agent of a passage as it was before it walked through the tile.
     fn leg(&self, kind: LineKind, passage: &Passage) -> Leg {
         let start = vertex(self.area, passage.start);
         let behind = passage.entry.map(|entry| (step(start, entry.opposite(), self.stride(kind)), entry));
@@ -211,7 +215,7 @@ impl<'a> TileAgents<'a> {
                 // A river ends where it reaches the sea.
                 if let Some(mouth) = trace.nodes.iter().position(|node| self.ground().is_under_water(*node)) {
                     trace.nodes.truncate(mouth + 1);
-                    // Whatever had ended it: a river that has come to the sea waits at no edge.
+                    // Replaces any other reason: a river that has reached the sea waits at no edge.
                     trace.end = TraceEnd::Refused;
                 }
                 trace
@@ -227,7 +231,7 @@ impl<'a> TileAgents<'a> {
         let mut heuristic = ClearOfEdges { heuristic, area: self.area, margin_cells: self.margin_cells() };
         match leg.behind {
             None => search(&mut heuristic, leg.start, self.area, most),
-            // The step over the edge is taken in any case, since the tile behind shows it.
+            // The step over the edge is always taken, because the tile behind already shows it.
             Some((behind, _)) if heuristic.refuses(behind, leg.start) => {
                 Trace { nodes: vec![leg.start], end: TraceEnd::Refused }
             }
@@ -235,33 +239,37 @@ impl<'a> TileAgents<'a> {
         }
     }
 
-    /// Cells from the tile's edge within which agents go across it or back, but not along it: a bed that lies on an edge
-    /// would be cut off there, since a tile that stands never changes. The thesis has no such rule, and its beds end so.
+    /// Returns the width in cells of the margin in which agents may go across the tile's edge but not along it. A bed
+    /// along an edge would be cut off there, because an existing tile never changes. The thesis has no such rule, so
+    /// its beds are cut off.
     fn margin_cells(&self) -> i64 {
         margin_cells(self.world.tile_cells())
     }
 
-    /// The bed of a passage, from the last node before the tile to the first one after it.
+    /// Makes the line of a passage, from the last node before the tile to the first node after it.
     fn line(&self, kind: LineKind, passage: &Passage, nodes: Vec<Node>) -> Line {
         let leg = self.leg(kind, passage);
-        // Also one that still waits: the tile beyond may be made much later, and this one does not change then.
+        // Also for an agent that still waits: the tile beyond may be made much later, when this tile can no longer
+        // change.
         let beyond = passage.exit.map(|exit| step(vertex(self.area, passage.last), exit, self.stride(kind)));
         let line: Vec<Node> = leg.behind.map(|(node, _)| node).into_iter().chain(nodes).chain(beyond).collect();
         let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
         if kind == LineKind::River {
-            // The floor never rises, across edges too.
+            // The floor never rises, not even across edges.
             heights[0] = heights[0].min(leg.lowest_m);
         }
         self.bed(kind, &line, &heights, leg.before_cells)
     }
 
-    /// The bed along nodes and the heights of the ground there, of an agent that has come some way before the first.
+    /// Makes the line along nodes; `heights` are those of the ground there, and `before_cells` is the length of the way
+    /// before the first node.
     fn bed(&self, kind: LineKind, line: &[Node], heights: &[f32], before_cells: u32) -> Line {
         let (preset, spacing_m) = (self.world.preset(), self.world.spacing_m());
         let id = LineId::Agent { kind, owner: self.id };
         match (kind, &preset.rivers, &preset.roads) {
             (LineKind::River, Some(rivers), _) => {
-                // It may go further, and then keeps its width; up to there it grows as an order-free one does.
+                // A classic river may go further than that length, and then keeps its width. Up to there it grows like
+                // an order-free river.
                 let reach_cells = (rivers.max_tiles + 1) as f32 * self.world.tile_cells() as f32;
                 bed::river(id, line, heights, rivers, spacing_m, [before_cells as f32, reach_cells])
             }
@@ -270,19 +278,19 @@ impl<'a> TileAgents<'a> {
         }
     }
 
-    /// What the tile's lines do to it.
+    /// Computes the imprint of the tile's lines and crossings.
     ///
-    /// A tile that stands never changes, and a line is known on this side of an edge only. So lines fade out towards the
-    /// edges, and what is left there is the one step over the edge of each agent that crosses it, which both tiles know:
-    /// it gives them the same heights, normals and ground at the vertices that they share.
+    /// An existing tile never changes, and each line is known on one side of the edge only. So lines fade out towards
+    /// the edges. There, only the crossings remain: the steps of agents over the edge, which both tiles know. They give
+    /// both tiles the same heights, normals and ground at the vertices that they share.
     pub fn imprint(&self, lines: &[Line], crossings: &[(Direction, Line)]) -> Option<Imprint> {
         let mut imprint = Imprint::new(self.heights, None, lines);
         if let Some(imprint) = &mut imprint {
             fade_out(imprint, self.area, None);
         }
-        // After the tile's own lines have faded: else the steps would fade with them.
+        // Added after the tile's own lines have faded; otherwise the crossings would fade with them.
         for (edge, line) in crossings {
-            // Only around the step: what an imprint takes goes with its area.
+            // Limited to the surroundings of the crossing, because the cost of an imprint grows with its area.
             let Some(near) = line.bounds.common(&self.heights.area()) else { continue };
             if let Some(mut crossing) = Imprint::new(&self.heights.part(near), None, [line]) {
                 fade_out(&mut crossing, self.area, Some(*edge));
@@ -292,13 +300,13 @@ impl<'a> TileAgents<'a> {
         imprint
     }
 
-    /// The steps of agents over each edge of the tile, outwards and inwards, whether taken or still waited for, and
-    /// those of agents that nobody takes over.
+    /// Returns the steps of agents over each edge of the tile, in both directions: those that were taken, those that
+    /// agents wait for, and those that no agent continues.
     pub fn crossings(&self, records: &Records) -> Vec<(Direction, Line)> {
         let mut crossings = Vec::new();
         for kind in self.kinds() {
             for edge in Direction::ALL {
-                // From both sides, so that both tiles find the same steps, whichever was made first.
+                // From both sides, so that both tiles find the same crossings, whichever was made first.
                 for (from, exit) in [(self.id, edge), (neighbour(self.id, edge), edge.opposite())] {
                     let passage = records.find(from).and_then(|record| record.passage(kind));
                     let Some(passage) = passage.filter(|passage| passage.exit == Some(exit)) else { continue };
@@ -309,25 +317,26 @@ impl<'a> TileAgents<'a> {
         crossings
     }
 
-    /// The bed of an agent's step over an edge, of which both tiles must know the same.
+    /// Makes the line of an agent's step over an edge, of which both tiles must compute the same.
     fn crossing(&self, kind: LineKind, from: TileId, passage: &Passage, exit: Direction) -> Line {
         let stride = self.stride(kind);
         let last = vertex(from.area(self.world.tile_cells()), passage.last);
         let end_cells = passage.end_cells(stride as u32);
         match kind {
             LineKind::River => {
-                // Straight, for of the nodes before the last one the neighbour's record tells nothing.
+                // Straight, because the neighbour's record tells nothing about the nodes before the last one.
                 let nodes = (-CROSSING_CELLS..=1 + CROSSING_CELLS).map(|cells| step(last, exit, cells));
                 let line: Vec<Node> = nodes.collect();
                 let mut heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
                 let (above, below) = heights.split_at_mut(CROSSING_CELLS as usize);
                 self.levels_above(passage, last, exit, above);
                 below[0] = below[0].min(passage.lowest_m);
-                // The line begins before the last node; a river may not have come so far yet.
+                // The line begins before the last node, perhaps even before the river's source, so the length must not
+                // become negative.
                 self.bed(kind, &line, &heights, end_cells.saturating_sub(CROSSING_CELLS as u32))
             }
             LineKind::Road => {
-                // Within the margin a road goes straight: so it came, and so it goes on.
+                // Agents cross the margin straight, so the road continues straight to both sides.
                 let straight = if stride > self.margin_cells() { 0..=1 } else { -1..=2 };
                 let line: Vec<Node> = straight.map(|steps| step(last, exit, steps * stride)).collect();
                 let heights: Vec<f32> = line.iter().map(|node| self.height_m(*node)).collect();
@@ -336,14 +345,15 @@ impl<'a> TileAgents<'a> {
         }
     }
 
-    /// Lowers the heights of the nodes above the `last` one of a passage to the ground that its river has come to there,
-    /// as far as its record tells.
+    /// Lowers the heights at the nodes before the `last` one of a passage to the lowest ground that its river has
+    /// passed, as far as the record tells.
     fn levels_above(&self, passage: &Passage, last: Node, exit: Direction, heights: &mut [f32]) {
-        // Through the margin it has come straight.
+        // The river has crossed the margin straight, so its nodes there are known.
         let straight = -self.margin_cells().max(CROSSING_CELLS)..=0;
         let ground: Vec<f32> = straight.map(|cells| self.height_m(step(last, exit, cells))).collect();
         let lowest_m = ground.iter().copied().fold(f32::INFINITY, f32::min);
-        // With none of them as low as it has been, it cuts through a bump. Else it comes down to its lowest here.
+        // If all this ground is higher than the lowest on the way, the river cuts through a bump and keeps that lowest
+        // level. Otherwise it comes down to its lowest ground here.
         let mut level_m = if lowest_m > passage.lowest_m { passage.lowest_m } else { f32::INFINITY };
         let before = ground.len() - 1 - heights.len();
         for (at, height_m) in ground[..ground.len() - 1].iter().enumerate() {
@@ -361,13 +371,13 @@ impl<'a> TileAgents<'a> {
         }
     }
 
-    /// The bare height at a vertex in metres, in the tile or not.
+    /// Returns the bare height of a vertex in metres, inside or outside the tile.
     fn height_m(&self, (x, y): Node) -> f32 {
         let place = Area::new(x, y, 1, 1);
         if self.heights.area().contains(&place) {
             self.heights.at(x, y)
         } else {
-            // Bare ground there too: what stands beyond the edge was carved, and perhaps is not there yet.
+            // Bare ground outside too: a neighbouring tile is carved, and may not exist yet.
             self.world.relief().heights(place).at(x, y)
         }
     }
@@ -384,7 +394,7 @@ impl<'a> TileAgents<'a> {
     }
 }
 
-/// A heuristic that does not let agents go along an edge of the tile within its margin.
+/// Wraps a heuristic to keep agents from going along an edge of the tile within its margin.
 struct ClearOfEdges<H> {
     heuristic: H,
     area: Area,
@@ -402,7 +412,7 @@ impl<H: Heuristic> Heuristic for ClearOfEdges<H> {
             Direction::East | Direction::West => (from.1 - y0).min(y1 - 1 - from.1),
             Direction::North | Direction::South => (from.0 - x0).min(x1 - 1 - from.0),
         };
-        // Along an edge only: straight over it an agent must be let, or none would leave its tile.
+        // Only the way along an edge is closed: across the edge agents must go, or none would leave its tile.
         if cells < self.margin_cells { None } else { self.heuristic.score(from, to, step) }
     }
 
@@ -421,25 +431,27 @@ fn neighbour(id: TileId, direction: Direction) -> TileId {
     TileId { x, y }
 }
 
-/// Weakens an imprint towards the edges of `tile`, but for an `open` one, to exactly nothing one vertex before them.
+/// Weakens an imprint towards the edges of `tile`, except an `open` one, until it is exactly zero one vertex before the
+/// edge.
 fn fade_out(imprint: &mut Imprint, tile: Area, open: Option<Direction>) {
     let area = imprint.area();
-    // An open edge is so far off that it never is the nearest.
+    // An open edge is never the nearest, because its distance is set to the maximum.
     let far = |direction, cells: i64| if open == Some(direction) { i64::MAX } else { cells };
     let across = |x: i64| far(Direction::West, x - tile.x0).min(far(Direction::East, tile.x1 - 1 - x));
     let down = |y: i64| far(Direction::North, y - tile.y0).min(far(Direction::South, tile.y1 - 1 - y));
     for y in area.y0..area.y1 {
         let cells_south = down(y);
-        // Between the western and the eastern edge nothing changes, except by the northern and the southern one.
+        // Between the western and eastern strips only the northern and southern edges matter.
         let (west, east) = match cells_south > EDGE_FADE_CELLS {
             true => (tile.x0 + EDGE_FADE_CELLS + 1, tile.x1 - 1 - EDGE_FADE_CELLS),
             false => (area.x1, area.x1),
         };
-        // No vertex is weakened twice, not even where the two ends would overlap.
+        // No vertex is weakened twice, even where the two strips would overlap.
         for x in (area.x0..west.min(area.x1)).chain(east.max(west).max(area.x0)..area.x1) {
             let cells = cells_south.min(across(x));
             if cells <= EDGE_FADE_CELLS {
-                // An edge's normals come from the vertices beside it, so these are bare, too; in the pad it is below 0.
+                // Normals on an edge depend on the vertices beside it, so these stay bare as well. In the pad
+                // `cells - 1` is below 0.
                 imprint.weaken(x, y, 1.0 - fade((cells - 1).max(0) as f32 / EDGE_FADE_CELLS as f32));
             }
         }
@@ -460,7 +472,7 @@ struct TileTerrain<'a> {
 }
 
 impl TileTerrain<'_> {
-    /// The tile's vertex that is nearest: a road looks several vertices ahead, past the edge and its pad.
+    /// Returns the tile's vertex that is nearest: a road looks several vertices ahead, beyond the edge and its pad.
     fn nearest(&self, (x, y): Node) -> Node {
         (x.clamp(self.area.x0, self.area.x1 - 1), y.clamp(self.area.y0, self.area.y1 - 1))
     }
@@ -474,7 +486,7 @@ impl Terrain for TileTerrain<'_> {
     fn steepness(&mut self, node: Node) -> f32 {
         let (x, y) = self.nearest(node);
         let difference = |from: f32, to: f32| (to - from) * self.half_per_spacing;
-        // At an edge these are in the pad, which both tiles have alike.
+        // Across an edge the neighbours lie in the pad, which is the same for both tiles.
         let east = difference(self.heights.at(x - 1, y), self.heights.at(x + 1, y));
         let south = difference(self.heights.at(x, y - 1), self.heights.at(x, y + 1));
         let up = 1.0 / (east * east + south * south + 1.0).sqrt();
@@ -494,18 +506,18 @@ mod tests {
     use crate::tile;
     use crate::walker::{Walker, WalkerOptions};
 
-    /// Metres that a floor may rise where a river goes from one of its lines to the next.
+    /// Rise in metres that is tolerated where a river's floor passes from one of its lines to the next.
     const RISE_M: f64 = 0.05;
 
     #[test]
     fn roads_start_where_there_is_a_way_on() {
         let mut preset = Preset::load("thesis").unwrap().1;
-        // What is looked for lies in the world of the seed alone.
+        // The test relies on the terrain of this seed alone.
         preset.country = None;
         preset.tile_cells = 64;
         let world = World::new(preset, Some(7)).unwrap();
         let (mut middle, mut beside, mut none) = (0, 0, 0);
-        // A quarter of these tiles is a mountain's flank, all of it too steep.
+        // A quarter of these tiles lie on the flank of a mountain, which is too steep everywhere.
         for id in (0..12).flat_map(|y| (0..12).map(move |x| TileId { x, y })) {
             let heights = world.relief().heights(tile::shaped_input(&world, id.area(64)));
             let agents = TileAgents::new(&world, id, &heights);
@@ -525,7 +537,7 @@ mod tests {
     #[test]
     fn no_floor_rises_downstream_across_an_edge() {
         let mut preset = Preset::load("thesis").unwrap().1;
-        // What is looked for lies in the world of the seed alone.
+        // The test relies on the terrain of this seed alone.
         preset.country = None;
         preset.tile_cells = 64;
         preset.roads = None;
@@ -543,12 +555,12 @@ mod tests {
             let heights = bare(record.id);
             let agents = TileAgents::new(&world, record.id, &heights);
             let crossing = agents.crossing(LineKind::River, record.id, &passage, exit);
-            // The other tile knows the same.
+            // The tile on the other side must compute the same.
             let other = neighbour(record.id, exit);
             let beyond = bare(other);
             let theirs = TileAgents::new(&world, other, &beyond).crossing(LineKind::River, record.id, &passage, exit);
             assert_eq!(crossing.points, theirs.points, "out of {} to the {}", record.id, exit.name());
-            // Cells on the way out, from the tile's own line to the crossing.
+            // Positions in cells along the direction of the exit, from the tile's own line to the crossing.
             let (east, south) = exit.step();
             let cells = |line: &Line, place: [f64; 2]| {
                 let [x, y] = [line.origin[0] as f64 + place[0], line.origin[1] as f64 + place[1]];

@@ -1,15 +1,16 @@
-//! Endless terrain around a walker: what is near stands, what is far is gone, and what was seen comes back the same.
+//! Endless terrain around a walker: near tiles are kept, far ones are removed, and tiles that were seen come back the
+//! same.
 //!
 //! Based on: Grelsson (2014), chapter 4. Its agents depend on the order in which tiles are made, and so on the walker's
-//! route: two walkers of one world who take different routes see different rivers. Such a world cannot keep the promise
-//! of one world, which is why a bake uses the order-free agents of [`order_free`](crate::agents::order_free) and why these stay
-//! with the walker. They do keep the promise of no seams, at a price: a tile that stands never changes, so a bed that
-//! runs along an edge ends there, with a steep bank.
+//! route: two walkers who take different routes through one world see different rivers. A bake must give the same world
+//! whatever is baked, so it uses the order-free agents of [`order_free`](crate::agents::order_free), and the thesis'
+//! agents stay with the walker. Seams do not occur here either, at a price: an existing tile never changes, so a bed
+//! that runs along an edge ends there, with a steep bank.
 //!
 //! ```text
-//!   mod.rs     the walker and the tiles around it        classic.rs   their agents
+//!   mod.rs     the walker and the tiles around it        classic.rs   the agents of these tiles
 //!   camera.rs  time -> place                             path.rs      a text -> places
-//!   walk.rs    either -> the tiles that it comes to      walked.rs    records -> tiles again
+//!   walk.rs    either -> the tiles of the walk           walked.rs    records -> tiles again
 //! ```
 
 use std::collections::BTreeMap;
@@ -42,19 +43,19 @@ use crate::tile::{self, Tile};
 use crate::world::World;
 use classic::TileAgents;
 
-/// How a walker's terrain is made.
+/// Options of a walker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WalkerOptions {
-    /// The tile in whose middle the walker starts. Default: (0, 0).
+    /// Tile in whose middle the walker starts. Default: (0, 0).
     pub start: TileId,
-    /// Whether there are rivers and roads, where the preset has them. Default: true.
+    /// True to make rivers and roads, if the preset has them. Default: true.
     pub agents: bool,
-    /// Layers of tiles around the walker's own, at least 1: n of them are `(2n + 1)^2` tiles. A world with smaller tiles
-    /// (`tile_cells` of its preset) and more layers shows as much with smaller expansions. Default: 1, the eight
+    /// Layers of tiles around the walker's own, at least 1: n layers are `(2n + 1)^2` tiles. A world with smaller tiles
+    /// (`tile_cells` of its preset) and more layers shows as much land with smaller expansions. Default: 1, the eight
     /// neighbours.
     pub layers: u32,
-    /// Whether a step makes one missing tile at most, the nearest first, instead of all. The walker may outrun it; then
-    /// it stands where there is no tile for some steps. Default: false.
+    /// True to make at most one missing tile per step, the nearest first, instead of all. A fast walker then stands
+    /// where there is no tile for some steps. Default: false.
     pub one_tile_a_step: bool,
 }
 
@@ -64,21 +65,21 @@ impl Default for WalkerOptions {
     }
 }
 
-/// What a step has changed.
+/// Changes of the tiles in one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Expansion {
-    /// The tiles that were made, in that order.
+    /// Tiles that were made, in that order.
     pub entered: Vec<TileId>,
-    /// The tiles that were removed, sorted.
+    /// Tiles that were removed, sorted.
     pub left: Vec<TileId>,
-    /// How long it took.
+    /// Time that the step took.
     pub elapsed: Duration,
 }
 
 /// A walker in a world, and the tiles around it.
 ///
-/// Memory holds `(2 layers + 1)^2` tiles however far it walks. Beside them, a walker with agents keeps the record of
-/// every tile that it has made, [`TileRecord::BYTES`] each.
+/// Memory holds `(2 layers + 1)^2` tiles however far the walker goes. In addition, a walker with agents keeps a record
+/// of [`TileRecord::BYTES`] for every tile that it has made.
 ///
 /// ```
 /// # use terrane_engine as terrane;
@@ -102,7 +103,7 @@ pub struct Walker<'w> {
     options: WalkerOptions,
     position_m: [f64; 2],
     tile: TileId,
-    /// Whether the last tile edge that the walker has crossed lay north or south of it.
+    /// True if the walker's last move between tiles went mainly north or south.
     moved_south: bool,
     standing: BTreeMap<TileId, Tile>,
     records: Records,
@@ -110,7 +111,7 @@ pub struct Walker<'w> {
 }
 
 impl<'w> Walker<'w> {
-    /// A walker in the middle of its first tile, with all tiles around it.
+    /// Creates a walker in the middle of its first tile, and makes all tiles around it.
     ///
     /// # Panics
     /// When there are no layers, or when a vertex would lie more than [`MAX_COORDINATE`] from the origin.
@@ -118,7 +119,7 @@ impl<'w> Walker<'w> {
         Walker::with_maker(world, options, Cpu::maker(world.relief()))
     }
 
-    /// As [`new`](Walker::new), with the land of its tiles made by a maker of the world's land: the tiles are the same.
+    /// Creates a walker as [`new`](Walker::new) does, with a given maker of the world's land. The tiles are the same.
     ///
     /// # Panics
     /// As [`new`](Walker::new).
@@ -126,10 +127,11 @@ impl<'w> Walker<'w> {
         Walker::begin(world, maker, options, Records::default())
     }
 
-    /// A walker that knows tiles from an earlier walk: where it comes upon one of them, it is as it was.
+    /// Creates a walker that knows the tiles of an earlier walk. When it comes upon one of them, that tile is as it
+    /// was.
     ///
     /// # Errors
-    /// When a tile has two records, or a record cannot be one of this world's.
+    /// When a tile has two records, or when a record cannot belong to this world.
     ///
     /// # Panics
     /// As [`new`](Walker::new).
@@ -161,10 +163,11 @@ impl<'w> Walker<'w> {
         walker
     }
 
-    /// Moves the walker to a place in metres from the origin. `None` while it stays in its tile and no tile is missing.
+    /// Moves the walker to a place in metres from the origin. Returns `None` if the walker stays in its tile and no
+    /// tile is missing.
     ///
-    /// Over an edge, or farther, the missing tiles around its new tile are made and those that are farther away than its
-    /// layers are removed.
+    /// If the walker enters another tile, the missing tiles around it are made, and tiles outside its layers are
+    /// removed.
     ///
     /// # Panics
     /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
@@ -175,7 +178,7 @@ impl<'w> Walker<'w> {
         self.go([east_m, south_m], TileId { x, y })
     }
 
-    /// Moves the walker to the middle of a tile, as [`move_to`](Walker::move_to) does.
+    /// Moves the walker to the middle of a tile; otherwise as [`move_to`](Walker::move_to).
     ///
     /// # Panics
     /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
@@ -207,47 +210,47 @@ impl<'w> Walker<'w> {
         Some(Expansion { entered, left, elapsed: start.elapsed() })
     }
 
-    /// Where the walker is: metres east and south of the origin.
+    /// Returns the walker's position in metres east and south of the origin.
     pub fn position_m(&self) -> [f64; 2] {
         self.position_m
     }
 
-    /// The tile that the walker is in.
+    /// Returns the tile that contains the walker.
     pub fn current(&self) -> TileId {
         self.tile
     }
 
-    /// The tile at a place, if it stands.
+    /// Returns the tile with this id, if it exists.
     pub fn tile(&self, id: TileId) -> Option<&Tile> {
         self.standing.get(&id)
     }
 
-    /// All tiles that stand, sorted by place.
+    /// Returns all existing tiles, sorted by position.
     pub fn tiles(&self) -> impl ExactSizeIterator<Item = &Tile> {
         self.standing.values()
     }
 
-    /// The rivers and roads of a tile, each as far as it lies in that tile; none where none stands.
+    /// Returns the parts of rivers and roads that lie in a tile; none if the tile does not exist.
     pub fn lines(&self, id: TileId) -> &[Arc<Line>] {
         self.standing.get(&id).map_or(&[], Tile::lines)
     }
 
-    /// The record of a tile that was made with agents or that was given.
+    /// Returns the record of a tile that was made with agents, or that was given.
     pub fn record(&self, id: TileId) -> Option<&TileRecord> {
         self.records.find(id)
     }
 
-    /// The records of all tiles that were made with agents, sorted by place, and those that were given.
+    /// Returns the records of all tiles that were made with agents, or that were given, sorted by position.
     pub fn records(&self) -> &[TileRecord] {
         self.records.all()
     }
 
-    /// Where the time has gone, stage by stage, added up over all threads.
+    /// Returns the time spent in each stage, added up over all threads.
     pub fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// The tiles around the walker that do not stand, the nearest first.
+    /// Returns the tiles around the walker that do not exist yet, the nearest first.
     pub fn missing(&self) -> Vec<TileId> {
         let (TileId { x, y }, layers) = (self.tile, self.options.layers as i64);
         let around = (x - layers..=x + layers).flat_map(|x| (y - layers..=y + layers).map(move |y| TileId { x, y }));
@@ -262,16 +265,16 @@ impl<'w> Walker<'w> {
         assert!(near(self.tile.x) && near(self.tile.y), "tile {} is too far from the origin", self.tile);
     }
 
-    /// Makes tiles that do not stand.
+    /// Makes tiles that do not exist yet.
     fn make(&mut self, ids: &[TileId]) {
-        // The bare heights of all, in parallel.
+        // The bare heights of all tiles are made in parallel.
         let heights = self.bare_heights(ids);
-        // The agents, one tile after another: what one leaves at its edges is what the next begins with.
+        // The agents walk one tile after another, because the next tile continues the agents that wait at its edges.
         let mut lines = Vec::with_capacity(ids.len());
         for (&id, heights) in ids.iter().zip(&heights) {
             lines.push(self.settle(id, heights));
         }
-        // What is known from before, the beds, normals and blend weights, in parallel again.
+        // Lines from records, beds, normals and blend weights are made in parallel again.
         let Walker { world, options, records, clock, .. } = self;
         let jobs: Vec<_> = ids.iter().zip(heights).zip(lines).collect();
         let made = jobs.into_par_iter().map(|((&id, heights), lines)| {
@@ -285,7 +288,7 @@ impl<'w> Walker<'w> {
         self.standing.extend(made);
     }
 
-    /// The ways of a tile that is made for the first time, which is recorded; `None` for any other.
+    /// Makes and records the lines of a tile that is made for the first time; `None` for any other tile.
     fn settle(&mut self, id: TileId, heights: &Grid<f32>) -> Option<Vec<Line>> {
         if !self.options.agents || self.records.find(id).is_some() {
             return None;
@@ -297,8 +300,8 @@ impl<'w> Walker<'w> {
         Some(lines)
     }
 
-    /// The direction in which the terrain grows at a tile: from the walker to it, and at a corner the axis along which
-    /// the walker has moved.
+    /// Returns the direction in which the terrain grows at a tile: from the walker to the tile, and at a corner along
+    /// the axis of the walker's last move.
     fn growth(&self, id: TileId) -> Direction {
         let (east, south) = (id.x - self.tile.x, id.y - self.tile.y);
         let along_south = match east.abs().cmp(&south.abs()) {
@@ -307,7 +310,7 @@ impl<'w> Walker<'w> {
             std::cmp::Ordering::Greater => false,
         };
         match (along_south, east.signum(), south.signum()) {
-            // The first tile of all grows to all sides.
+            // The walker's first tile grows to all sides, so its direction comes from a hash.
             (_, 0, 0) => {
                 let stream = hash::stream(self.world.chance(), Stream::WalkerGrowth);
                 Direction::ALL[(hash::lattice(stream, id.x, id.y) % 4) as usize]
@@ -319,9 +322,9 @@ impl<'w> Walker<'w> {
         }
     }
 
-    /// The bare heights of tiles, with their pad.
+    /// Makes the bare heights of tiles, with their pad.
     fn bare_heights(&self, ids: &[TileId]) -> Vec<Grid<f32>> {
-        // Bands instead of tiles, so that no thread waits while another makes the last of three tiles.
+        // Split into bands, so that threads share the work evenly instead of waiting for one that makes the last tile.
         const BAND_ROWS: i64 = 32;
         let area = |id: &TileId| tile::shaped_input(self.world, id.area(self.world.tile_cells()));
         let bands_of = |area: Area| {
@@ -346,7 +349,7 @@ impl<'w> Walker<'w> {
     }
 }
 
-/// A tile as it stands with its lines: of bare heights, and where there are agents of those that the records have beside it.
+/// Makes a tile of its bare heights and lines; with records, also of the agents' crossings over its edges.
 fn stand(
     world: &World,
     records: Option<&Records>,
@@ -363,13 +366,13 @@ fn stand(
     Tile::imprinted(world, id, heights, imprint, clock).with_lines(lines, crossings)
 }
 
-/// Metres east and south of the origin at which the middle of a tile lies.
+/// Returns the middle of a tile in metres east and south of the origin.
 fn middle_m(world: &World, tile: TileId) -> [f64; 2] {
     let side_m = world.tile_cells() as f64 * world.spacing_m();
     [tile.x, tile.y].map(|tile| (tile as f64 + 0.5) * side_m)
 }
 
-/// Tiles from one to another, a corner's as near as an edge's.
+/// Returns the distance between two tiles in tiles, where a diagonal step counts as 1.
 fn distance(one: TileId, other: TileId) -> u64 {
     one.x.abs_diff(other.x).max(one.y.abs_diff(other.y))
 }

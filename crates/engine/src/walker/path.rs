@@ -1,7 +1,7 @@
-//! The text in which a user writes where a walker goes: a line a place, `east_m,north_m`.
+//! The text file in which a user writes a walker's way: one place per line, as `east_m,north_m`.
 //!
-//! Both are metres from the world's origin, as in all vectors that a bake writes. A first line `east_m,north_m` is what tables
-//! have on top; empty lines and those that begin with `#` say nothing.
+//! Both numbers are metres from the world's origin, as in all vector files that a bake writes. The first line may be
+//! the table header `east_m,north_m`. Empty lines and lines that begin with `#` are ignored.
 
 use std::fs::File;
 use std::io::Read;
@@ -9,16 +9,16 @@ use std::path::Path;
 
 use crate::error::{Error, SourcePlace, clipped};
 
-/// What a table has on top.
+/// Header of a table of places.
 const HEADS: &str = "east_m,north_m";
 
-/// Bytes of the longest file: 200,000 places with all their digits.
+/// Largest size of a file in bytes: 200,000 places with all their digits.
 const MAX_BYTES: u64 = 8 << 20;
 
-/// The places that a file lists, in metres east and north of the origin; at least one.
+/// Reads the places of a file, in metres east and north of the origin; at least one.
 ///
 /// # Errors
-/// When the file cannot be read, or a line is no place; the error points at it.
+/// When the file cannot be read, or when a line is no place; the error points at that line.
 pub(super) fn read(path: &Path) -> Result<Vec<[f64; 2]>, Error> {
     let file = path.to_string_lossy();
     let refuse = |message: String, hint: &str| {
@@ -48,7 +48,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<[f64; 2]>, Error> {
     }
 }
 
-/// The places that a text lists. `file` is what errors name.
+/// Parses the places of a text. `file` is its name in errors.
 fn parse(file: &str, text: &str) -> Result<Vec<[f64; 2]>, Error> {
     let refuse = |start: usize, length: usize, message: String| Error::Preset {
         message,
@@ -60,7 +60,7 @@ fn parse(file: &str, text: &str) -> Result<Vec<[f64; 2]>, Error> {
     let mut is_first = true;
     for line in text.split_inclusive('\n') {
         let said = line.trim();
-        // Where what is said begins: an editor may have put a mark of byte order before it.
+        // An editor may have put a byte order mark before the content.
         let said = said.trim_start_matches('\u{feff}').trim();
         let from = start + (said.as_ptr() as usize - line.as_ptr() as usize);
         start += line.len();

@@ -1,4 +1,4 @@
-//! A walk: which way a walker goes, and the tiles that it comes to on it. None of them has to be made to know that.
+//! A walk: the walker's route and the tiles that it comes to. These are known without making any tile.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
@@ -14,31 +14,31 @@ use crate::walker::camera::Camera;
 use crate::walker::{WalkerOptions, path};
 use crate::world::World;
 
-/// What is asked of a walk.
+/// Request for a walk.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Tour {
-    /// Which way the walker goes.
+    /// Way of the walker.
     pub way: Way,
-    /// Layers of tiles around the walker's own.
+    /// Layers of tiles around the walker's own tile.
     pub layers: u32,
 }
 
-/// Which way a walker goes.
+/// The way of a walker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
-    /// As the camera of the thesis' experiment: it turns ninety degrees to the right each minute.
+    /// Moves as the camera of the thesis' experiment: it turns ninety degrees to the right each minute.
     Camera {
-        /// The tile in whose middle it starts.
+        /// Tile in whose middle the camera starts.
         at: TileId,
-        /// Minutes that it walks, in its own time.
+        /// Duration in minutes of the camera's virtual time.
         minutes: f64,
-        /// Metres a second.
+        /// Speed in metres a second.
         speed_m_s: f64,
     },
-    /// From place to place, straight.
+    /// Goes in straight lines from place to place.
     Path {
-        /// Metres east and north of the world's origin.
+        /// Places in metres east and north of the world's origin.
         places_m: Vec<[f64; 2]>,
     },
 }
@@ -60,37 +60,39 @@ impl Display for Tour {
 }
 
 impl Way {
-    /// The way from place to place that a file lists: a line a place, metres east and north of the origin with a comma between.
+    /// Reads the places of a way from a file with one place per line: metres east and north of the origin with a comma
+    /// between.
     ///
     /// # Errors
-    /// When the file cannot be read, or a line is no place; the error says which.
+    /// When the file cannot be read, or when a line is no place; the error points at that line.
     pub fn of_file(path: &Path) -> Result<Way, Error> {
         Ok(Way::Path { places_m: path::read(path)? })
     }
 }
 
-/// A walk that can be walked.
+/// A walk that has been checked and can be made.
 #[derive(Clone, Debug)]
 pub struct Walk {
     tour: Tour,
-    /// The tiles that the walker is in, one after the other.
+    /// Tiles that the walker enters, in order.
     route: Vec<TileId>,
     tiles: BTreeSet<TileId>,
     region: Region,
 }
 
-/// Tiles that a walk makes at most: their records take 64 MiB.
+/// Largest number of tiles in a walk: their records take 64 MiB.
 const MOST_TILES: usize = 1 << 20;
 
-/// Layers that there may be around a walker of a command.
+/// Allowed number of layers around the walker of a command.
 pub const LAYERS: RangeInclusive<u32> = 1..=16;
 
 impl Walk {
-    /// The walk of a tour through a world.
+    /// Plans the walk of a tour through a world.
     ///
     /// # Errors
-    /// When the world has rivers of its own, when there are no layers or too many, when the way leaves the coordinates or is too
-    /// long, or when its speed or its time make no sense; the hint says what would do.
+    /// When the world has fluvial relief or another stride than 1, when the number of layers is out of range, when the
+    /// way leaves the coordinates or is too long, or when speed or duration are out of range; the hint names values
+    /// that are allowed.
     pub fn new(tour: Tour, world: &World) -> Result<Walk, Error> {
         let refuse = |message: String, hint: String| Error::Option { message, hint };
         if world.relief().fluvial().is_some() || world.stride() != Stride::ONE {
@@ -113,7 +115,7 @@ impl Walk {
                 return Ok(());
             }
             route.push(tile);
-            // What leaves the coordinates so is refused with its region.
+            // Tiles outside the coordinates saturate here; the check of the region refuses them.
             let beside = |x: i64, y: i64| TileId { x: tile.x.saturating_add(x), y: tile.y.saturating_add(y) };
             tiles.extend((-layers..=layers).flat_map(|x| (-layers..=layers).map(move |y| beside(x, y))));
             match tiles.len() {
@@ -129,7 +131,7 @@ impl Walk {
         match &tour.way {
             Way::Camera { at, minutes, speed_m_s } => {
                 Camera::check(*minutes, *speed_m_s, side_m)?;
-                // Counted from the tile in which it starts, so that it goes the same way anywhere.
+                // Counted from the start tile, so that the camera takes the same way anywhere.
                 for place in Camera::new([side_m / 2.0; 2], *speed_m_s).places_m(*minutes).map(in_tiles) {
                     let TileId { x, y } = tile_at(place);
                     enter(TileId { x: at.x.saturating_add(x), y: at.y.saturating_add(y) })?;
@@ -145,7 +147,7 @@ impl Walk {
                         format!("no vertex lies more than {most_m} m from the origin"),
                     ));
                 }
-                // Rows count to the south.
+                // Rows of tiles count southwards.
                 let places = places_m.iter().map(|[east_m, north_m]| in_tiles([*east_m, 0.0 - north_m]));
                 let mut before = None;
                 for place in places {
@@ -160,27 +162,27 @@ impl Walk {
         Ok(Walk { tour, route, tiles, region })
     }
 
-    /// What was asked for.
+    /// Returns the request that this walk fulfils.
     pub fn tour(&self) -> &Tour {
         &self.tour
     }
 
-    /// The tiles that the walker is in, one after the other; none twice in a row.
+    /// Returns the tiles that the walker enters, in order; never the same tile twice in a row.
     pub fn route(&self) -> &[TileId] {
         &self.route
     }
 
-    /// All tiles that it comes to: those that it is in, and their neighbours.
+    /// Returns all tiles of the walk: those that the walker enters, and the layers around them.
     pub fn tiles(&self) -> &BTreeSet<TileId> {
         &self.tiles
     }
 
-    /// The rectangle around them.
+    /// Returns the bounding rectangle of all tiles of the walk.
     pub fn region(&self) -> Region {
         self.region
     }
 
-    /// The options of its walker.
+    /// Returns the options of a walker for this walk.
     pub fn options(&self) -> WalkerOptions {
         WalkerOptions { start: self.route[0], layers: self.tour.layers, ..WalkerOptions::default() }
     }
@@ -191,10 +193,10 @@ fn tile_at(place: [f64; 2]) -> TileId {
     TileId { x, y }
 }
 
-/// The tiles that a straight way goes through, in their order, from that of its start on; through a corner it goes aslant.
+/// Lists the tiles along a straight way in order, including the first; through a corner the way leads diagonally.
 fn between(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = TileId> {
     let (start, end) = (tile_at(from), tile_at(to));
-    // The part of the way, 0 to 1, at which it leaves a column or a row of tiles.
+    // Returns the fraction of the way, 0 to 1, at which it leaves a column or a row of tiles.
     let leaves = move |axis: usize, tile: i64, end: i64| {
         let edge = if end > tile { tile + 1 } else { tile };
         if end == tile { f64::INFINITY } else { (edge as f64 - from[axis]) / (to[axis] - from[axis]) }
@@ -210,7 +212,7 @@ fn between(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = TileId> {
     })
 }
 
-/// The smallest region that holds tiles.
+/// Returns the smallest region that contains these tiles.
 fn around(tiles: &BTreeSet<TileId>, tile_cells: u32) -> Result<Region, Error> {
     let ends = |side: fn(&TileId) -> i64| {
         let sides = || tiles.iter().map(side);
@@ -218,7 +220,8 @@ fn around(tiles: &BTreeSet<TileId>, tile_cells: u32) -> Result<Region, Error> {
     };
     let ((west, east), (north, south)) = (ends(|tile| tile.x), ends(|tile| tile.y));
     let [cols, rows] = [west.abs_diff(east), north.abs_diff(south)].map(|tiles| tiles.saturating_add(1));
-    // What walks in a tile looks at some vertices beyond its edges.
+    // Agents in a tile look at some vertices beyond its edges, so the region must also be valid with one more tile on
+    // each side.
     let padded = TileId { x: west.saturating_sub(1), y: north.saturating_sub(1) };
     Region::new(padded, cols.saturating_add(2), rows.saturating_add(2), tile_cells)?;
     Region::new(TileId { x: west, y: north }, cols, rows, tile_cells)
@@ -237,9 +240,9 @@ mod tests {
         assert_eq!(crossed([0.5, 0.5], [0.7, 0.2]), [(0, 0)]);
         assert_eq!(crossed([0.5, 0.5], [3.5, 0.5]), [(0, 0), (1, 0), (2, 0), (3, 0)]);
         assert_eq!(crossed([0.5, 0.5], [-1.5, 1.2]), [(0, 0), (-1, 0), (-1, 1), (-2, 1)]);
-        // Through corners.
+        // Ways through corners.
         assert_eq!(crossed([0.5, 0.5], [2.5, -1.5]), [(0, 0), (1, -1), (2, -2)]);
-        // Each is beside the one before, and the last is the one that it ends in.
+        // Each tile is next to the one before, and the last contains the end of the way.
         for end in [[31.1, 7.9], [-12.3, 40.4], [0.1, -22.2], [-9.0, -9.0]] {
             let tiles = crossed([0.3, 0.8], end);
             assert!(tiles.windows(2).all(|pair| (pair[0].0 - pair[1].0).abs().max((pair[0].1 - pair[1].1).abs()) == 1));

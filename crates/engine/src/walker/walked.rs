@@ -1,4 +1,4 @@
-//! What walks have decided, and tiles made again by it, wherever the walker is.
+//! The decisions of earlier walks, and tiles remade from them without a walker.
 
 use crate::agents::record::{Records, TileRecord};
 use crate::area::TileId;
@@ -9,7 +9,7 @@ use crate::walker::classic::TileAgents;
 use crate::walker::stand;
 use crate::world::World;
 
-/// The records of all tiles of a walk with agents.
+/// The records of all tiles of a walk with agents, from which each tile can be made again.
 ///
 /// Based on: Grelsson (2014), section 4.3.
 #[derive(Debug)]
@@ -19,15 +19,15 @@ pub struct Walked<'w> {
 }
 
 impl<'w> Walked<'w> {
-    /// What records of a world say.
+    /// Takes the records of a world.
     ///
     /// # Errors
-    /// When a tile has two records, or a record cannot be one of this world's.
+    /// When a tile has two records, or when a record cannot belong to this world.
     pub fn new(world: &'w World, records: impl IntoIterator<Item = TileRecord>) -> Result<Walked<'w>, Error> {
         Ok(Walked { world, records: sound(world, records)? })
     }
 
-    /// The tile at `id` as the walk has left it; `None` where it has left none.
+    /// Returns the tile at `id` as the walk left it; `None` if the walk did not make it.
     pub fn tile(&self, id: TileId, clock: &Clock) -> Option<Tile> {
         let record = self.records.find(id)?;
         let heights = clock.time(stage::RELIEF, || Tile::bare_heights(self.world, id));
@@ -36,10 +36,10 @@ impl<'w> Walked<'w> {
     }
 }
 
-/// Records that can be those of a world's tiles.
+/// Checks and sorts the records of a world's tiles.
 ///
 /// # Errors
-/// When a tile has two records, or an agent of one is not in its tile.
+/// When a tile has two records, or when an agent of a record lies outside its tile.
 pub(super) fn sound(world: &World, records: impl IntoIterator<Item = TileRecord>) -> Result<Records, Error> {
     let refuse = |message: String| Error::Option {
         message,

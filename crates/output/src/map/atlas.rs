@@ -11,39 +11,40 @@ use crate::map::sheet::{Furniture, Sheet, grid_km};
 use crate::map::style::Style;
 use crate::map::text::shape;
 
-/// Rows of sheets that have letters.
+/// Largest numbers of rows and columns. Rows are named by letters, columns by numbers of two digits.
 const MOST_ROWS: u32 = 26;
 const MOST_COLUMNS: u32 = 99;
 
-/// Millimetres around a page of the gazetteer, of its columns, from a line to the next, and of its head.
+/// Measures of a page of the gazetteer in millimetres: its margin, the width of a column, the gap between columns, the
+/// line spacing, and the height of the head.
 const MARGIN_MM: f64 = 16.0;
 const COLUMN_MM: f64 = 62.0;
 const GAP_MM: f64 = 6.0;
 const LINE_MM: f64 = 3.9;
 const HEAD_MM: f64 = 14.0;
 
-/// Heights of its letters, and of its head's.
+/// Font sizes of the gazetteer and of its head, in millimetres.
 const SIZE_MM: f64 = 2.9;
 const HEAD_SIZE_MM: f64 = 7.5;
 
-/// Where the sheets of an atlas lie.
+/// Layout of the sheets of an atlas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     scale: Scale,
     columns: u32,
     rows: u32,
-    /// Pixels of a page.
+    /// Size of a page in pixels.
     page: [i64; 2],
-    /// Pixels of the map on each sheet, and from one to the next.
+    /// Size in pixels of the map on each sheet, and the distance from one map to the next.
     map: [i64; 2],
     step: [i64; 2],
-    /// The north-western pixel of the first.
+    /// North-western pixel of the first map.
     corner: [i64; 2],
 }
 
 impl Layout {
-    /// So many columns and rows of sheets of paper of so many millimetres around a place in metres east and north, which
-    /// overlap by so many millimetres. `furniture` stands around each map.
+    /// Lays out columns and rows of sheets around a place in metres east and north. The size of the paper and the
+    /// overlap of neighbouring maps are in millimetres. `furniture` stands around each map.
     ///
     /// # Errors
     /// When there are no sheets or too many, or the paper has no room for a map.
@@ -85,23 +86,23 @@ impl Layout {
         Ok(Layout { scale, columns, rows, page, map, step, corner })
     }
 
-    /// The scale of the sheets.
+    /// Returns the scale of the sheets.
     pub fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// Columns and rows of all sheets, row by row.
+    /// Returns the column and the row of each sheet, row by row.
     pub fn sheets(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let columns = self.columns;
         (0..self.rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
     }
 
-    /// What a sheet is called: a letter for its row, a number for its column.
+    /// Returns the name of a sheet: a letter for its row, a number for its column.
     pub fn name([column, row]: [u32; 2]) -> String {
         format!("{}{}", char::from(b'A' + row as u8), column + 1)
     }
 
-    /// What the sheets to the north, east, south and west of one are called.
+    /// Returns the names of the sheets to the north, east, south and west of a sheet, where there are any.
     pub fn neighbours(&self, [column, row]: [u32; 2]) -> [Option<String>; 4] {
         let known = |column: Option<u32>, row: Option<u32>| {
             let place = [column.filter(|at| *at < self.columns)?, row.filter(|at| *at < self.rows)?];
@@ -115,19 +116,19 @@ impl Layout {
         ]
     }
 
-    /// The pixels of the map on a sheet.
+    /// Returns the pixels of the map on a sheet.
     pub fn map(&self, [column, row]: [u32; 2]) -> Area {
         let at = [column, row].map(i64::from);
         let [x, y] = [0, 1].map(|axis| self.corner[axis] + at[axis] * self.step[axis]);
         Area::new(x, y, self.map[0] as usize, self.map[1] as usize)
     }
 
-    /// The scale at which all sheets fit on one, and the pixels of it that they are on.
+    /// Returns the map of the index: the scale at which all sheets fit on one sheet, and the pixels of that map.
     pub fn index(&self) -> (Scale, Area) {
         let last = self.map([self.columns - 1, self.rows - 1]);
         let whole = self.map([0, 0]).hull(&last);
         let times = (whole.width() as f64 / self.map[0] as f64).max(whole.height() as f64 / self.map[1] as f64);
-        // A little more than the sheets, and a round scale.
+        // Leave a little room around the sheets, and take a round scale.
         let least = times * 1.06 * self.scale.denominator();
         let power = libm::pow(10.0, libm::floor(libm::log10(least)) - 1.0);
         let denominator = libm::ceil(least / (5.0 * power)) * 5.0 * power;
@@ -139,7 +140,7 @@ impl Layout {
         (scale, Area::new(x, y, self.map[0] as usize, self.map[1] as usize))
     }
 
-    /// The frames of all sheets on the index, with their names.
+    /// Returns the frames of all sheets on the index, with their names.
     pub fn frames(&self) -> Vec<(Area, String)> {
         let (scale, _) = self.index();
         let share = self.scale.metres_per_pixel / scale.metres_per_pixel;
@@ -158,22 +159,22 @@ impl Layout {
     }
 }
 
-/// The names on the sheets of an atlas, and where each is.
+/// The names on the sheets of an atlas, and the places of each name.
 #[derive(Clone, Debug, Default)]
 pub struct Gazetteer {
-    /// By the name in small letters, the name and what it is: sheets, and squares of their grid by the kilometres east and north
-    /// of their south-western corners.
+    /// Places of each name. The key is the name in small letters, the name itself and its kind. A place is a sheet and
+    /// a square of its grid, given by the kilometres east and north of the square's south-western corner.
     entries: BTreeMap<(String, String, &'static str), Places>,
 }
 
-/// Columns and rows of sheets, and of each a square of its grid.
+/// Sheets by column and row, each with a square of its grid.
 type Places = BTreeSet<([u32; 2], [i64; 2])>;
 
 /// A page of the gazetteer.
 #[derive(Debug)]
 pub struct GazetteerPage {
     lines: Vec<(String, Face, f64, [f64; 2], f64)>,
-    /// Parts of the page, in pixels from its corner, that speak of a sheet.
+    /// Parts of the page, in pixels from its corner, each with the sheet that it refers to.
     pub links: Vec<([f64; 4], [u32; 2])>,
 }
 
@@ -190,17 +191,17 @@ impl Gazetteer {
         }
     }
 
-    /// How many names there are.
+    /// Returns the number of entries.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether there is no name on any sheet.
+    /// True if there is no name on any sheet.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The pages that all names take on paper of an atlas.
+    /// Returns the pages that all names take on the paper of an atlas.
     pub fn pages(&self, layout: &Layout, style: &Style) -> Vec<GazetteerPage> {
         let scale = layout.scale;
         let paper = layout.page.map(|pixels| pixels as f64 / scale.pixels_per_mm);
@@ -243,7 +244,7 @@ impl GazetteerPage {
         self.lines.push((of, Face::Semibold, SIZE_MM, [x, y], 0.0));
         self.lines.push((kind.to_owned(), Face::Italic, SIZE_MM, [x + named, y], 0.0));
         let room = COLUMN_MM - named - width(kind, Face::Italic) - 2.0;
-        // From the right, as many as there is room for: long rivers are on many sheets.
+        // Set references from the right, as many as there is room for: long rivers are on many sheets.
         let mut right = x + COLUMN_MM;
         let mut left = room;
         let refer = |(place, square): &([u32; 2], [i64; 2])| {
@@ -268,7 +269,7 @@ impl GazetteerPage {
         }
     }
 
-    /// The page as a sheet.
+    /// Returns the page as a sheet.
     pub fn sheet<'a>(&self, layout: &Layout, style: &'a Style) -> Sheet<'a> {
         let page = Area::new(0, 0, layout.page[0] as usize, layout.page[1] as usize);
         Sheet::of_text(style, layout.scale, page, &self.lines)
@@ -289,7 +290,7 @@ mod tests {
         let [first, second] = [[0, 0], [1, 0]].map(|place| layout.map(place));
         assert_eq!(first.x1 - second.x0, 50, "10 mm");
         assert_eq!(layout.neighbours([1, 0]), [None, Some("A3".into()), Some("B2".into()), Some("A1".into())]);
-        // All of them lie around the middle, and on the index.
+        // All sheets lie around the middle, and on the index.
         let whole = first.hull(&layout.map([2, 1]));
         assert!((whole.x0 + whole.x1 - 200).abs() <= 1 && (whole.y0 + whole.y1 + 400).abs() <= 1);
         let (index, map) = layout.index();
@@ -308,7 +309,7 @@ mod tests {
         assert!(refused([1, 27], [297.0, 210.0], 10.0).contains("1 x 27"));
         assert!(refused([1, 1], [40.0, 30.0], 10.0).contains("no room"));
         assert!(refused([1, 1], [297.0, 210.0], 200.0).contains("overlaps by 200"));
-        // Small paper has room for a map and all that stands around it, but for a legend of all that there can be on the map.
+        // Small paper has room for a map with furniture, but not with a legend of everything that a map can show.
         let small = |furniture: &[Furniture]| {
             Layout::new(scale, [1, 1], [80.0; 2], 10.0, [0.0; 2], &furniture.iter().copied().collect())
         };

@@ -1,8 +1,9 @@
-//! What is drawn on: pixels, and lines, areas and letters on them. Lines by tiny-skia, whose edges are the same on every machine.
+//! The raster canvas: pixels, and the lines, areas and letters drawn on them. tiny-skia draws, because its edges are
+//! the same on every machine.
 //!
-//! The pixels that tiny-skia gives a line depend on the edges of what it draws on: it cuts lines there, and those of at most a
-//! pixel's width come out up to two pixels off beside the cut. So it draws on some pixels more around each canvas, which nobody reads;
-//! and whoever wants the same pixels of a line in two pictures draws them on the same canvases.
+//! tiny-skia clips lines at the edges of its pixmap, and beside such a cut, lines at most a pixel wide come out up to
+//! two pixels off. So each canvas has a margin of pixels that is drawn on but never read. To get the same pixels of a
+//! line in two pictures, draw the line on the same canvases.
 
 use std::ops::Range;
 
@@ -14,20 +15,21 @@ use crate::map::plotter::{Inscription, Pen, Plotter, Shape, bounds};
 use crate::map::style::Colour;
 use crate::map::text::Placed;
 
-/// Pixels around a canvas that are drawn on and not read: twice as many as a line is off beside an edge.
+/// Width in pixels of the margin around a canvas that is drawn on and never read: twice as far as a line is off beside
+/// an edge.
 const AROUND: usize = 4;
 
-/// A rectangle of pixels that is drawn on.
+/// A rectangle of pixels to draw on.
 pub(super) struct Canvas {
-    /// The pixels of the area and of [`AROUND`] it.
+    /// The pixels of the area and of its margin, [`AROUND`] wide.
     pixmap: Pixmap,
     area: Area,
-    /// Where the north-western pixel that is drawn on begins.
+    /// North-western corner of the margin, in pixels.
     corner: [f64; 2],
 }
 
 impl Canvas {
-    /// A canvas of one colour.
+    /// Creates a canvas of one colour.
     pub fn new(area: Area, colour: Colour) -> Canvas {
         let mut canvas = Canvas::clear(area);
         let [red, green, blue] = colour.0;
@@ -35,14 +37,14 @@ impl Canvas {
         canvas
     }
 
-    /// A canvas on which there are colours already: red in the lowest byte, then green and blue.
+    /// Creates a canvas that starts with the colours of `words`: red in the lowest byte, then green and blue.
     pub fn of_words(words: &Grid<u32>) -> Canvas {
         let mut canvas = Canvas::clear(words.area());
         canvas.put_words(words.area(), words);
         canvas
     }
 
-    /// A canvas without colours whose pixels have their middles at whole numbers, as vertices are.
+    /// Creates an empty canvas whose pixel centres lie at whole numbers, as vertices do.
     pub fn at_vertices(area: Area) -> Canvas {
         let canvas = Canvas::clear(area);
         Canvas { corner: canvas.corner.map(|axis| axis - 0.5), ..canvas }
@@ -54,14 +56,14 @@ impl Canvas {
         Canvas { pixmap, area, corner: [wide.x0 as f64, wide.y0 as f64] }
     }
 
-    /// Where the pixels of row `y` of a part are.
+    /// Returns the range in the pixmap of row `y` of a part of the canvas.
     fn span(&self, part: Area, y: i64) -> Range<usize> {
         let wide = self.area.padded(AROUND);
         let start = (y - wide.y0) as usize * wide.width() + (part.x0 - wide.x0) as usize;
         start..start + part.width()
     }
 
-    /// Puts colours into a part of the canvas: red in the lowest byte, then green and blue.
+    /// Copies colours into a part of the canvas: red in the lowest byte, then green and blue.
     pub fn put_words(&mut self, part: Area, words: &Grid<u32>) {
         for y in part.y0..part.y1 {
             let span = self.span(part, y);
@@ -73,7 +75,7 @@ impl Canvas {
         }
     }
 
-    /// Puts pixels, RGB and row by row, into a part of the canvas.
+    /// Copies RGB pixels, row by row, into a part of the canvas.
     pub fn put(&mut self, part: Area, pixels: &[u8]) {
         for (y, row) in (part.y0..).zip(pixels.chunks_exact(part.width() * 3)) {
             let span = self.span(part, y);
@@ -84,7 +86,7 @@ impl Canvas {
         }
     }
 
-    /// The pixels of a part of the canvas: RGB, row by row.
+    /// Returns the pixels of a part of the canvas: RGB, row by row.
     pub fn pixels(&self, part: Area) -> Vec<u8> {
         let mut pixels = vec![0; part.len() * 3];
         for (y, row) in (part.y0..part.y1).zip(pixels.chunks_exact_mut(part.width() * 3)) {
@@ -96,7 +98,8 @@ impl Canvas {
         pixels
     }
 
-    /// The parts of a line that are seen when it is so wide, each with its ends out of sight: of a line that goes on for long, few points.
+    /// Returns the visible parts of a line of the given width, each with its ends out of sight: few points of a long
+    /// line.
     fn seen<'a>(&self, line: &'a [[f64; 2]], width: f32) -> Vec<&'a [[f64; 2]]> {
         let reach = self.area.padded(AROUND + (0.5 * width).ceil() as usize + 1);
         let mut parts = Vec::new();
@@ -133,7 +136,7 @@ impl Canvas {
         paint
     }
 
-    /// Draws what is around the letters of a text, if the pen has a width.
+    /// Draws the halo around the letters of a text, if the pen has a width.
     fn surround(&mut self, text: &Placed, pen: &Pen) {
         if let Some(path) = self.outline(text).filter(|_| pen.width > 0.0) {
             let stroke = Stroke { width: pen.width, line_join: LineJoin::Round, ..Stroke::default() };
@@ -142,7 +145,7 @@ impl Canvas {
         }
     }
 
-    /// The outlines of a text's letters, if it may be seen.
+    /// Returns the outlines of a text's letters, if the text may be visible.
     fn outline(&self, text: &Placed) -> Option<Path> {
         let span = bounds(text.boxes.iter().flatten());
         let wide = self.area.padded(AROUND);
@@ -169,7 +172,7 @@ impl Plotter for Canvas {
         if pen.width <= 0.0 {
             return;
         }
-        // Where strokes and gaps lie depends on all that is before them.
+        // Keep a dashed line whole: the position of a dash depends on the length of the line in front of it.
         let path = match pen.dash {
             Some(_) => self.path(lines.iter().map(Vec::as_slice)),
             None => self.path(lines.iter().flat_map(|line| self.seen(line, pen.width))),
@@ -219,7 +222,8 @@ mod tests {
     fn a_line_is_the_same_beside_the_edge_of_a_canvas_and_in_the_middle_of_one() {
         let black = Colour([0; 3]);
         let (wide, part) = (Area::new(0, 0, 192, 192), Area::new(64, 64, 64, 64));
-        // Along each edge of the part, over it and back: a spiral of short pieces, as roads and contours have them.
+        // The line runs along each edge of the part, crossing it to and fro: a spiral of short pieces, as roads and
+        // contours have them.
         let turn = |index: u32| {
             let [x, y] = [f64::from(index % 128), f64::from(index / 128)];
             let off = 1.3 * (f64::from(index) * 0.7).sin();
@@ -239,7 +243,8 @@ mod tests {
                 canvas.pixels(part)
             };
             let off = pixels(wide).iter().zip(pixels(part)).map(|(a, b)| a.abs_diff(b)).max();
-            // Edges of canvases cut lines, whose ends are rounded: a part of the 16 that a pixel is looked at in.
+            // The canvas's edge cuts the line and the cut ends are rounded: that may change 3 of the 16 samples of a
+            // pixel.
             assert!(off <= Some(48), "{width} pixels wide: {off:?} of 255");
         }
     }

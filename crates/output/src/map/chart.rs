@@ -1,7 +1,7 @@
 //! Charts: maps of a world in one style and scale, drawn block by block.
 //!
-//! A block is a square of the scale's pixels and a pure function of its place, so a map drawn at once, in strips, in sheets or
-//! in tiles of a web map is the same.
+//! A block is a square of the scale's pixels, and its content depends only on its place. So a map is the same whether
+//! it is drawn at once, in strips, in sheets or in tiles of a web map.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -36,13 +36,13 @@ use crate::stop;
 use crate::watch::Watch;
 use crate::world::World;
 
-/// Pixels a side of a block.
+/// Side of a block in pixels.
 const BLOCK: i64 = 512;
 
-/// How many times as wide as the largest river that is a line one is that has banks.
+/// Width from which on a river has banks, as a multiple of the width of the largest river that is a line.
 const BANKS: f64 = 1.5;
 
-/// Vertices to a pixel up to which the lines of agents are drawn.
+/// Largest number of vertices per pixel at which the lines of agents are drawn.
 const AGENTS: f64 = 8.0;
 
 /// Maps of a world in one style and scale.
@@ -52,66 +52,69 @@ pub struct Chart {
     scale: Scale,
     terrain: Arc<Terrain>,
     relief: Relief,
-    /// The world at all vertices, whose places, roads and lines of agents are drawn: nodes from afar know of none. And whether
-    /// its lines are.
+    /// The world at all vertices, with the places, roads and lines of agents that are drawn: a world at coarse nodes
+    /// has none. `has_lines` is true if its lines are drawn.
     world: Arc<World>,
     has_lines: bool,
     detail: Detail,
     interval_m: f64,
 }
 
-/// What a chart shows beside the land and what lies on it.
+/// Parts of a chart that a sketch leaves out.
 #[derive(Clone, Debug, Default)]
 struct Detail {
-    /// Where the names of peaks, and those of ranges and valleys, come from.
+    /// Sources of the names of peaks, and of ranges and valleys.
     summits: Option<Arc<Summits>>,
     afar: Option<Arc<Afar>>,
-    /// Whether it leaves out what is small.
+    /// True if the chart leaves out small things.
     is_sketch: bool,
 }
 
-/// A part of a chart, whose lines and names are known.
+/// A part of a chart, with its lines and names, ready to be drawn.
 #[derive(Debug)]
 pub struct Picture {
     chart: Arc<Chart>,
     area: Area,
     drawing: Drawing,
     writings: Vec<Writing>,
-    /// The frame around it, if it has one.
+    /// The frame around the picture, if it has one.
     frame: Option<Frame>,
 }
 
 impl Chart {
-    /// Pixels that a strip is high at most.
+    /// Largest height of a strip in pixels.
     pub const STRIP: usize = BLOCK as usize;
 
-    /// Bytes that a [world](Chart::world) and all charts of it remember at most, if they share no other budget.
+    /// Largest number of bytes that a [world](Chart::world) and all charts of it remember, if they share no other
+    /// budget.
     pub const REMEMBERED: usize = 2 * terrain::REMEMBERED;
 
-    /// Bytes of land that a chart remembers at most of so many nodes a side: in patches, which reach beyond the edge.
+    /// Returns the largest number of bytes of land that a chart remembers for `nodes` nodes a side. Land is remembered
+    /// in patches, which reach beyond the edge.
     pub fn land_bytes(nodes: [u64; 2]) -> u64 {
         let sides = nodes.map(|side| side.saturating_add(2 * u64::from(Terrain::TILE_CELLS)));
         sides[0].saturating_mul(sides[1]).saturating_mul(terrain::NODE_BYTES).min(terrain::REMEMBERED as u64)
     }
 
-    /// The most bytes of memory that a picture of so many pixels takes on so many threads, of which so many rows are held at once, beside
-    /// what worlds remember; and how many worlds do.
+    /// Returns the largest number of bytes of memory that a picture of `width` x `height` pixels takes on `threads`
+    /// threads while `rows` rows are held at once, without the memory of worlds; and the number of worlds that have
+    /// memory of their own.
     pub fn memory(world: &World, scale: Scale, [width, height]: [usize; 2], rows: usize, threads: usize) -> (u64, u64) {
-        // A block with what lies around it: heights, lights, colours, weights and a canvas.
+        // Bytes a pixel of a block, with what lies around the block: heights, lights, colours, weights and a canvas.
         const DRAWN_BYTES: u64 = 128;
-        // Of a strip the blocks that it is put together from, and it.
+        // Bytes a pixel of a strip: of the blocks that it is put together from, and of the strip itself.
         const HELD_BYTES: u64 = 8;
         let node = scale.stride(world.preset().spacing_m).vertices() as f64 * world.preset().spacing_m;
         let nodes = [width, height].map(|side| (side as f64 * scale.metres_per_pixel / node) as u64);
         let block = (BLOCK * BLOCK) as u64 * DRAWN_BYTES;
         let held = (width as u64).saturating_mul(rows as u64).saturating_mul(HELD_BYTES);
         let working = threads as u64 * block + Chart::land_bytes(nodes);
-        // That at all vertices, and others at the nodes of land, of summits and of ranges.
+        // The world at all vertices, and the worlds at the nodes of land, of summits and of ranges.
         let from_afar = scale.stride(world.preset().spacing_m) != Stride::ONE;
         (held.saturating_add(working), if from_afar { 3 } else { 1 })
     }
 
-    /// The maps of the world of a preset, with the preset's own seed unless another is given.
+    /// Creates the chart of the world of a preset, with the preset's own seed unless another is given.
     ///
     /// # Errors
     /// When a value of the preset is out of its range.
@@ -119,7 +122,7 @@ impl Chart {
         Ok(Chart::of_world(&Chart::world(preset, seed)?, style, scale))
     }
 
-    /// The world at all its vertices, as charts of whatever scale share it, and what it remembers with them.
+    /// Creates the world at all its vertices, which charts of any scale share, with a memory that they share too.
     ///
     /// # Errors
     /// When a value of the preset is out of its range.
@@ -127,7 +130,7 @@ impl Chart {
         Chart::world_within(preset, seed, &Budget::new(Chart::REMEMBERED))
     }
 
-    /// The same, whose budget others may have too.
+    /// Creates the same world, within a budget of memory that others may share.
     ///
     /// # Errors
     /// When a value of the preset is out of its range.
@@ -136,16 +139,16 @@ impl Chart {
         Ok(Arc::new(world.within(budget)))
     }
 
-    /// The maps of such a [world](Chart::world).
+    /// Creates the chart of such a [world](Chart::world).
     pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Arc<Chart> {
         let Ok(chart) = Chart::made_by(|world| Ok::<_, Infallible>(Cpu::maker(world.relief())), world, style, scale);
         chart
     }
 
-    /// The maps of such a [world](Chart::world), with the land that is lit made by what is given for it.
+    /// Creates the chart of such a [world](Chart::world). `maker` returns the land maker for the land that is lit.
     ///
     /// # Errors
-    /// When nothing is given.
+    /// When `maker` fails.
     pub fn made_by<E>(
         maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, E>,
         world: &Arc<World>,
@@ -168,8 +171,9 @@ impl Chart {
         Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
     }
 
-    /// Sketches of such a [world](Chart::world), for whoever will not wait for the maps: of land at nodes that lie 2^`halvings` times as far
-    /// apart, without names of peaks and ranges, and without narrow lakes.
+    /// Creates a sketch of such a [world](Chart::world), for whoever will not wait for the full map. Its land has nodes
+    /// that lie 2^`halvings` times as far apart, and it leaves out narrow lakes and the names of peaks, ranges and
+    /// valleys.
     pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Arc<Chart> {
         let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
         let tile_cells = Terrain::sketch_tile_cells(halvings);
@@ -180,12 +184,12 @@ impl Chart {
         Chart::drawn(Arc::clone(world), terrain, detail, style, scale)
     }
 
-    /// What makes the land that is lit.
+    /// Returns the maker of the land that is lit.
     pub fn maker(&self) -> &dyn LandMaker {
         self.terrain.maker()
     }
 
-    /// The maps of the same world in the same scale in another style.
+    /// Returns the chart of the same world in the same scale and in another style.
     #[must_use]
     pub fn in_style(&self, style: Style) -> Arc<Chart> {
         Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.detail.clone(), style, self.scale)
@@ -195,7 +199,8 @@ impl Chart {
         let denominator = scale.denominator();
         let relief = Relief::new(&style, terrain.world(), scale);
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
-        // Agents go everywhere, and their lines are short: far away they would be many and not be seen.
+        // Agents go everywhere, and their lines are short: at small scales there would be many lines, too short to be
+        // seen.
         let has_lines = match world.preset().places {
             Some(_) => denominator <= least,
             None => scale.metres_per_pixel <= AGENTS * world.preset().spacing_m,
@@ -207,34 +212,34 @@ impl Chart {
         Arc::new(Chart { style, scale, terrain, relief, world, has_lines, detail, interval_m })
     }
 
-    /// The scale of the maps.
+    /// Returns the scale of the maps.
     pub fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// The style of the maps.
+    /// Returns the style of the maps.
     pub fn style(&self) -> &Style {
         &self.style
     }
 
-    /// Metres from a contour to the next.
+    /// Returns the contour interval in metres.
     pub fn interval_m(&self) -> f64 {
         self.interval_m
     }
 
-    /// Heights of the land in metres in the middles of the pixels of an area, row by row from the north.
+    /// Returns the heights of the land in metres in the middles of the pixels of an area, row by row from the north.
     pub fn heights_m(&self, area: Area) -> Vec<f32> {
         let nodes = self.terrain.nodes(area);
         self.terrain.at_pixels(&nodes.heights, area).values().to_vec()
     }
 
-    /// The picture of an area of pixels: a part of all that the chart shows.
+    /// Returns the picture of an area of pixels, a part of a map without end: names may go on beyond its edges.
     pub fn picture(self: &Arc<Self>, area: Area) -> Picture {
         self.drawn_picture(area, None)
     }
 
-    /// The picture of an area of pixels that ends there, with a frame around it: no name goes beyond its edges, and what lies
-    /// beyond has none.
+    /// Returns the picture of an area of pixels with a frame around it: no name crosses the frame, and what lies beyond
+    /// has no name.
     pub fn framed_picture(self: &Arc<Self>, area: Area) -> Picture {
         self.drawn_picture(area, Some(Frame::new(area, self.scale)))
     }
@@ -250,7 +255,7 @@ impl Chart {
         };
         let mut writings = Vec::new();
         let drawing = if self.style.labels.draw {
-            // The numbers of contours keep clear of the names in their whole square.
+            // The numbers of contours keep clear of all names in their square, so names are needed in whole squares.
             let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
             let pad = names::pad(self.scale);
             let drawing = draughtsman.draw(named, pad);
@@ -269,17 +274,17 @@ impl Chart {
 }
 
 impl Picture {
-    /// The chart that it is a part of.
+    /// Returns the chart of which the picture is a part.
     pub fn chart(&self) -> &Chart {
         &self.chart
     }
 
-    /// The chart, without the picture.
+    /// Returns the chart and drops the picture.
     pub fn into_chart(self) -> Arc<Chart> {
         self.chart
     }
 
-    /// What a legend explains: what is seen.
+    /// Returns the items that a legend explains: those that the picture shows.
     pub(super) fn legend(&self) -> Vec<LegendItem> {
         let (style, drawing, area) = (&self.chart.style, &self.drawing, self.area);
         let shows = |shape: &Shape| area.meets(shape.bounds);
@@ -313,30 +318,31 @@ impl Picture {
         items
     }
 
-    /// The names that are written within it: what each is, what it is called, and where it is in pixels.
+    /// Returns the names of the features within the picture: the kind of each feature, its name, and its position in
+    /// pixels.
     pub fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
         let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
         let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
         named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
     }
 
-    /// The letters of what is written that the fonts lack.
+    /// Returns the letters of all labels that the fonts lack.
     pub(super) fn missing_letters(&self) -> impl Iterator<Item = char> {
         self.writings.iter().flat_map(|writing| &writing.texts).flat_map(Placed::missing)
     }
 
-    /// All that is written on it.
+    /// Returns all labels.
     #[cfg(test)]
     pub(super) fn writings(&self) -> &[Writing] {
         &self.writings
     }
 
-    /// The pixels that it shows.
+    /// Returns the area of pixels that the picture shows.
     pub fn area(&self) -> Area {
         self.area
     }
 
-    /// Hands on the picture in strips of whole rows, from north to south: RGB, row by row.
+    /// Hands the picture to `write` in strips of whole rows, from north to south: RGB, row by row.
     ///
     /// # Errors
     /// When `write` fails.
@@ -347,10 +353,10 @@ impl Picture {
             .try_for_each(|strip| write(&self.pixels(strip)))
     }
 
-    /// The pixels of a part of it: RGB, row by row.
+    /// Returns the pixels of a part of the picture: RGB, row by row.
     ///
     /// # Panics
-    /// When it is not within the picture.
+    /// When the part is not within the picture.
     pub fn pixels(&self, part: Area) -> Vec<u8> {
         assert!(self.area.contains(&part), "a picture knows what it shows and no more");
         let span = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
@@ -371,7 +377,7 @@ impl Picture {
         pixels
     }
 
-    /// The pixels of a block that lie in a part.
+    /// Returns the part of a block that lies in `part`: its area and its pixels.
     fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
         let (ground, outlines) = self.ground(column, row);
         stop::check();
@@ -381,14 +387,14 @@ impl Picture {
         (seen, canvas.pixels(seen))
     }
 
-    /// The ground of a block, and the lines that its heights draw.
+    /// Returns the ground of a block, and the lines that follow from its heights.
     fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
         stop::check();
         let chart = &self.chart;
         let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
         let ground = chart.relief.ground(&chart.terrain, block);
         let boxes = self.writings.iter().flat_map(Writing::boxes);
-        // Numbers of contours keep clear of the frame as they do of names.
+        // The numbers of contours keep clear of the frame as well as of names.
         let boxes = boxes.chain(self.frame.iter().flat_map(Frame::edges));
         let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
         let sea_level_m = chart.terrain.world().preset().sea_level_m;
@@ -397,7 +403,7 @@ impl Picture {
         (ground, outlines)
     }
 
-    /// Draws the picture on a page: the ground as pixels, whose rows `watch` counts, and all else as it is.
+    /// Draws the picture on a page: the ground as pixels, whose rows `watch` counts, and everything else as vectors.
     ///
     /// # Errors
     /// When the page cannot be written.
@@ -428,7 +434,7 @@ impl Picture {
         Ok(())
     }
 
-    /// Draws all lines over the ground of some blocks.
+    /// Draws everything that lies over the ground, with the outlines of some blocks.
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         draw_outlines(outlines, canvas);
         canvas.begin_layer(Layer::Houses);
@@ -483,7 +489,8 @@ impl Picture {
             canvas.stroke(&outlines.coasts, &shore);
         }
         canvas.end_item();
-        // Between their banks wide rivers are as lakes are, and open to those that they run into.
+        // Between their banks, wide rivers have the colour of lakes. The water is drawn last, so no line separates it
+        // from the lake or river that it runs into.
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
         stroke_rivers(canvas, "river-water", style.water.fill, &|river| river.open(banks, bank));
     }
@@ -521,13 +528,13 @@ impl Picture {
         canvas.inscribe(&inscriptions);
     }
 
-    /// A whole line of a colour that covers all.
+    /// Returns an opaque pen without dashes, `mm` millimetres wide.
     fn line(&self, colour: Colour, mm: f64) -> Pen {
         Pen { colour, opacity: 1.0, width: self.chart.scale.pixels(mm) as f32, dash: None }
     }
 }
 
-/// Draws what the ground of some blocks shows with lines, but for coasts.
+/// Draws the signs, depth contours, contours and heights of some blocks, but not their coasts.
 fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter) {
     let draw = |canvas: &mut dyn Plotter, trace: Trace| {
         for outlines in outlines {

@@ -1,6 +1,8 @@
-//! The climb to a peak: from ground that is high as it is seen from afar, to the peak of the whole land that it belongs to.
+//! The climb to a peak: from ground that is high in the land seen from afar, at coarse nodes, to the peak of the full
+//! land that this ground belongs to.
 //!
-//! Maps of all scales show the same peaks so. Land from afar is smoother than it is, and where it is highest no peak need be.
+//! So maps of all scales show the same peaks. Coarse land is smoother than the full land, and there need be no peak
+//! where the coarse land is highest.
 
 use std::sync::Arc;
 
@@ -10,13 +12,14 @@ use crate::grid::Grid;
 use crate::stop;
 use crate::world::World;
 
-/// How many times closer the nodes of the next step lie.
+/// Factor by which the nodes of a step lie closer together than those of the step before.
 const CLOSER: u64 = 8;
 
-/// Nodes are this share of a cell of peaks wide at most where the climb goes on in the whole land.
+/// Largest distance between the nodes from which the climb goes on in the full land, as a share of the side of a cell
+/// that has one peak.
 const NEAR_CELLS: f64 = 0.25;
 
-/// The way up to the peaks of a world from high ground at the nodes of a stride.
+/// The climb to the peaks of a world from high ground at the nodes of a stride.
 #[derive(Debug)]
 pub(super) struct Climb {
     world: Arc<World>,
@@ -26,7 +29,7 @@ pub(super) struct Climb {
 }
 
 impl Climb {
-    /// The way up in a fluvial world.
+    /// Creates the climb in a fluvial world.
     pub fn new(world: Arc<World>, from: Stride) -> Climb {
         let near = NEAR_CELLS * side(&world) as f64;
         let closer = |stride: &Stride| Stride::new(stride.vertices() as u64 / CLOSER);
@@ -36,13 +39,14 @@ impl Climb {
         Climb { world, from, steps }
     }
 
-    /// Vertices to each side within which the peak above a node lies.
+    /// Returns the largest distance in vertices along each axis from a node to the peak above it.
     pub fn reach(&self) -> i64 {
         let nodes = std::iter::once(self.from).chain(self.steps.iter().map(World::stride));
         side(&self.world) + nodes.map(Stride::vertices).sum::<i64>()
     }
 
-    /// The peak above a node, given by its vertex; none if the land there has no peak that is the highest around.
+    /// Returns the peak above a node, which is given by its vertex; none if the land there has no peak that is the
+    /// highest around.
     pub fn peak(&self, mut at: [i64; 2]) -> Option<Peak> {
         let mut wide = self.from.vertices();
         for step in &self.steps {
@@ -57,12 +61,12 @@ impl Climb {
     }
 }
 
-/// Vertices a side of the cells of a world that have one peak at most.
+/// Returns the side in vertices of the cells of a world that have at most one peak each.
 pub(super) fn side(world: &World) -> i64 {
     peaks::side(world.relief().fluvial().expect("worlds of noise have no peaks"))
 }
 
-/// The highest of the nodes of an area; of equals the first, row by row.
+/// Returns the highest node of an area and its height; of equal nodes the first, row by row.
 pub(super) fn highest(heights: &Grid<f32>, area: Area) -> ([i64; 2], f32) {
     let mut highest = ([area.x0, area.y0], f32::MIN);
     for (x, y) in area.vertices() {

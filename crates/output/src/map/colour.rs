@@ -1,4 +1,4 @@
-//! The colour of the ground by itself, without light: what a mesh is painted with.
+//! The colour of the ground by itself, without light. Meshes are painted with it.
 
 use crate::map::light::CHUNK;
 use crate::map::relief::filled;
@@ -17,7 +17,8 @@ const COLOURS: [[f32; 3]; Material::ALL.len()] = [
     [84.0, 98.0, 62.0],
 ];
 
-/// Writes row `y` of a tile as RGB, as many pixels from its western edge as `row` holds: the materials' colours by weight.
+/// Writes the westernmost pixels of row `y` of a tile as RGB, as many as `row` holds: the colours of the materials,
+/// mixed by weight.
 pub(crate) fn paint_row(tile: &Tile, y: i64, row: &mut [u8]) {
     let pixels = row.as_chunks_mut::<3>().0;
     for (x0, pixels) in (tile.area().x0..).step_by(CHUNK).zip(pixels.chunks_mut(CHUNK)) {
@@ -29,7 +30,7 @@ pub(crate) fn paint_row(tile: &Tile, y: i64, row: &mut [u8]) {
             words: &mut words,
         });
         for (pixel, word) in pixels.iter_mut().zip(words) {
-            // Lanes make a word a pixel; three bytes of it are the pixel.
+            // The kernel stores a word per pixel; its lower three bytes are the colour.
             let [red, green, blue, _] = word.to_le_bytes();
             *pixel = [red, green, blue];
         }
@@ -38,9 +39,9 @@ pub(crate) fn paint_row(tile: &Tile, y: i64, row: &mut [u8]) {
 
 /// Mixes the colours of a chunk of pixels.
 struct Colours<'a> {
-    /// Weights of four materials a word, as [`Blend`](crate::tile::Blend) packs them.
+    /// Weights of materials, four in a word, as [`Blend`](crate::tile::Blend) packs them.
     weights: [&'a [u32; CHUNK]; 2],
-    /// Pixels that are wanted, from the first on.
+    /// Number of pixels wanted, from the first on.
     count: usize,
     /// The pixels: red in the lowest byte, then green and blue.
     words: &'a mut [u32; CHUNK],
@@ -54,7 +55,7 @@ impl Kernel for Colours<'_> {
         let (byte, none) = (simd.splat_u32(255), simd.splat_u32(0));
         let mut at = 0;
         while at < self.count {
-            // A half, for the cast cuts off.
+            // Start at a half: the cast truncates, so the sum comes out rounded.
             let half = simd.splat(0.5);
             let [mut red, mut green, mut blue] = [half, half, half];
             let mut material = 0;
@@ -64,7 +65,7 @@ impl Kernel for Colours<'_> {
                 let mut within = 0;
                 while within < 4 {
                     let weight = words & byte;
-                    // Most vertices have one material or two, and nothing is added for the others.
+                    // Most vertices have one or two materials; skip the others.
                     if simd.any(simd.gt_i32(weight, none)) {
                         let share = simd.i32_to_f32(weight) / simd.splat(255.0);
                         let colour = colours[material / 4][within];

@@ -1,34 +1,34 @@
 //! Contours: lines of equal height through the pixels of a map.
 //!
-//! Where a line crosses from a square of pixels to the next depends on the two heights there alone, taken in one order, so the
-//! lines of two areas meet to the bit.
+//! The point at which a line crosses from one square of pixels to the next depends on the two heights there alone,
+//! taken in a fixed order. So the lines of neighbouring areas meet to the bit.
 
 use crate::area::Area;
 use crate::contour::{Edge, chains, crossed, for_each_square, share, square};
 use crate::grid::Grid;
 
-/// Pixels a side of the squares that lines are found in, counted from the origin of the scale.
+/// Side, in pixels, of the squares in which lines are found. Squares are counted from the origin of the scale.
 const STEP: i64 = 2;
 
-/// Each so manieth line is an index line.
+/// Every `INDEX`th contour is an index contour.
 pub(crate) const INDEX: i64 = 5;
 
 /// A line of one height, in pixels of the scale.
 pub(super) struct Contour {
-    /// How many intervals it is above 0 m.
+    /// Number of intervals above 0 m.
     pub number: i64,
-    /// East and south of the scale's origin, in pixels.
+    /// Pixels east and south of the scale's origin.
     pub points: Vec<[f64; 2]>,
 }
 
 impl Contour {
-    /// Whether it is drawn as an index line.
+    /// True if the line is drawn as an index contour.
     pub fn is_index(&self) -> bool {
         self.number.rem_euclid(INDEX) == 0
     }
 }
 
-/// The lines of one height, as [`contours`] has them: shores.
+/// Finds the lines of a single height, in the same way as [`contours`]: shores.
 pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<[f64; 2]>> {
     let mut segments = Vec::new();
     for_each_square(heights, area, STEP, |corners, at| square(corners, level_m, at, STEP, &mut segments));
@@ -36,8 +36,8 @@ pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<[
     chains(&segments).into_iter().map(line).collect()
 }
 
-/// The contours in an area and up to two pixels around it, given the heights at the middles of its pixels and of some
-/// around, and the metres between two lines.
+/// Finds the contours in an area and up to two pixels around it. `heights` has the heights at the centres of its pixels
+/// and of some around it; `interval_m` is the contour interval.
 pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<Contour> {
     let contour = |(number, chain): (i64, Vec<Edge>)| {
         let level = (number as f64 * interval_m) as f32;
@@ -46,20 +46,21 @@ pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<
     crossed(heights, area, STEP, interval_m).into_iter().map(contour).collect()
 }
 
-/// Where a level crosses an edge, in pixels.
+/// Returns the point, in pixels, at which a level crosses an edge.
 fn in_pixels(heights: &Grid<f32>, (x, y, south): Edge, level: f32) -> [f64; 2] {
     let share = share(heights, (x, y, south), STEP, level) * STEP as f64;
     let [east, down] = if south { [0.0, share] } else { [share, 0.0] };
-    // A pixel's height is that of its middle.
+    // A pixel's height is the height at its centre.
     [x as f64 + 0.5 + east, y as f64 + 0.5 + down]
 }
 
-/// Contours from the lowest to the highest land at most: with more of them the walls of a world that is flat elsewhere would be
-/// one stain.
+/// Largest number of contours between the lowest and the highest land. With more, the walls of a world that is flat
+/// elsewhere would become one stain.
 const MOST: f64 = 150.0;
 
-/// Metres between two contours for a scale, about so many millimetres apart on land that rises so many metres a metre ahead, and
-/// so many metres from the lowest to the highest.
+/// Returns the contour interval in metres for the scale 1:`denominator`. Contours lie about `spacing_mm` apart on land
+/// of slope `steepness` (rise over run), and about [`MOST`] at most fit into `range_m`, from the lowest to the highest
+/// land.
 pub(crate) fn interval_m(denominator: f64, spacing_mm: f64, steepness: f64, range_m: f64) -> f64 {
     let least_m = (spacing_mm * denominator / 1000.0 * steepness).max(range_m / MOST);
     let power = libm::pow(10.0, libm::floor(libm::log10(least_m)));
@@ -111,7 +112,7 @@ mod tests {
             heights.row_mut(y, x, x + 1)[0] = 900.0 + 300.0 * east.sin() * south.cos() + 2.0 * (x - y) as f32;
         }
         let height_at = |[x, y]: [f64; 2]| {
-            // Heights are those of the middles of pixels, and lines go from one to the next but one.
+            // Heights belong to pixel centres, and edges span two pixels.
             let at = |at: f64| ((at - 0.5) / STEP as f64).floor() as i64 * STEP;
             let (west, north) = (at(x), at(y));
             let (east, down) = (x - 0.5 - west as f64, y - 0.5 - north as f64);

@@ -1,6 +1,8 @@
-//! What a map draws with lines: rivers, lakes, coasts, roads and places of a part of the world, in pixels of its scale.
+//! Lines and areas of a map: rivers, lakes, roads, houses and settlements of a part of the world, in pixels of its
+//! scale.
 //!
-//! A line is simplified and smoothed as a whole, wherever the map ends, so that every map of one scale shows the same.
+//! A line is simplified and smoothed as a whole, wherever the map ends, so that every map of one scale shows the same
+//! line.
 
 use std::collections::BTreeMap;
 
@@ -22,41 +24,44 @@ use crate::places::site::SiteClass;
 use crate::stop;
 use crate::world::World;
 
-/// Nodes a side of the parts in which things are found at once.
+/// Side in nodes of the parts of the world that are searched one by one.
 const PART: i64 = 512;
 
-/// Metres from the middle of a river to its bank at most.
+/// Largest distance in metres from the middle of a river to its bank.
 const WIDEST_M: f64 = 1000.0;
 
-/// Square pixels that a bend of a line spans at least.
+/// Smallest area in square pixels that a bend of a line spans; smaller bends are removed.
 const LEAST_BEND: f64 = 0.4;
 
-/// Millimetres of paper of a square that has one town, where there is not room for all.
+/// Side in millimetres of paper of the squares that show one town each, where there is not room for all.
 const TOWN_MM: f64 = 36.0;
 
-/// Chords of a lake that are looked at for its widest place.
+/// Number of equal strips into which a lake is cut from north to south. The chords between the strips are compared to
+/// find the widest place.
 const CHORDS: u32 = 12;
 
-/// Square pixels that a lake has at least.
+/// Area in square pixels of the smallest lake that is drawn.
 const LEAST_LAKE: f64 = 6.0;
 
-/// Pixels that the widest lakes of a level are wide to each side of their middle, if a sketch has that level's.
+/// Smallest half-width in pixels of the widest lakes of a level. A sketch leaves out levels on which all lakes are
+/// narrower.
 const SKETCHED_LAKE: f64 = 2.0;
 
-/// How many times the discharge of the least river that is drawn one has that has a name.
+/// Discharge of the smallest river that has a name, as a multiple of that of the smallest river that is drawn.
 const NAMED: f64 = 6.0;
 
-/// How many times the discharge of the least river one has that is drawn at full width.
+/// Discharge of the smallest river that is drawn at full width, as a multiple of that of the smallest river that is
+/// drawn.
 const LARGEST: f64 = 3000.0;
 
 const SECONDS_A_YEAR: f64 = 31_557_600.0;
 
-/// All of a part of the world.
+/// Everything that a map draws as lines and areas in a part of the world.
 #[derive(Debug, Default)]
 pub(super) struct Drawing {
     pub lakes: Vec<LakeShape>,
     pub rivers: Vec<Strokes>,
-    /// From the worst class to the best.
+    /// Parts of roads, from the worst class to the best.
     pub roads: Vec<RoadPart>,
     pub bridges: Vec<RoadPart>,
     pub tunnels: Vec<RoadPart>,
@@ -72,20 +77,20 @@ pub(super) struct LakeShape {
     pub id: String,
     pub name: Option<String>,
     pub area_px: f64,
-    /// A place well inside, and how wide the lake is there from west to east.
+    /// A point well inside the lake, and the width of the lake there from west to east.
     pub middle: [f64; 2],
     pub widest: f64,
 }
 
-/// A river with a name, from where it is large enough to be drawn, in pixels.
+/// A river with a name, downstream from where it is large enough to be drawn, in pixels.
 #[derive(Clone, Debug)]
 pub(super) struct NamedRiver {
     pub id: String,
     pub name: String,
-    /// The name of the valley that it flows in.
+    /// Name of the valley in which the river flows, if it has one.
     pub valley: Option<String>,
     pub line: Vec<[f64; 2]>,
-    /// How wide it is drawn at most.
+    /// Largest width at which the river is drawn.
     pub width: f64,
     pub discharge_m3s: f64,
 }
@@ -94,12 +99,12 @@ pub(super) struct NamedRiver {
 #[derive(Debug)]
 pub(super) struct RoadPart {
     pub class: RoadClass,
-    /// The id of the whole road, whose parts come one after the other.
+    /// Id of the whole road. The parts of a road follow one another in a list.
     pub id: String,
     pub shape: Shape,
 }
 
-/// A river in parts of one width each, in pixels, and what it spans with its width.
+/// A river in parts of one width each, in pixels, with its bounding box, which includes the width.
 #[derive(Debug)]
 pub(super) struct Strokes {
     pub id: String,
@@ -108,14 +113,16 @@ pub(super) struct Strokes {
     pub parts: Vec<(f64, Vec<[f64; 2]>)>,
 }
 
-/// How many times as wide as a bank an open river is: as much water as bank is left between two.
+/// Smallest width of an open river, as a multiple of the width of a bank: two banks, and as much water as a bank
+/// between them.
 const LEAST_OPEN: f64 = 3.0;
 
 impl Strokes {
-    /// How wide the water between the banks of each part is, from the source on; 0 where the river is a line.
+    /// Returns the width of the water between the banks for each part, from the source on; 0 where the river is a line.
     ///
-    /// It is a line up to where it is wider than `banks`, and open from there on as long as there is room between two banks of so many
-    /// pixels. Were it open just where it is wider, a river that is about as wide all along would come out dashed.
+    /// The river is a line up to where it is wider than `banks`. From there on it is open as long as there is room
+    /// between two banks that are `bank` pixels wide. If the river were open only where it is wider than `banks`, a
+    /// river of about this width would come out dashed.
     pub fn open(&self, banks: f64, bank: f64) -> Vec<f64> {
         let mut is_open = false;
         let mut between = |width: f64| {
@@ -133,14 +140,15 @@ impl LakeShape {
         LakeShape { shape, id: lake.id, name: lake.name, area_px, middle, widest }
     }
 
-    /// The lake, or a part of it, as a thing of a page.
+    /// Returns the lake, or a part of it, as an object of a page.
     pub fn item(&self, kind: &'static str) -> Item<'_> {
         Item { kind, id: &self.id, name: self.name.as_deref().unwrap_or_default() }
     }
 }
 
 impl Shape {
-    /// The middle of the widest of some chords from west to east, within a rectangle, and how wide that is.
+    /// Returns the middle of the widest of some chords from west to east, within a rectangle, and the length of that
+    /// chord.
     pub(super) fn widest(&self, [west, north, east, south]: [f64; 4]) -> ([f64; 2], f64) {
         let chords = (1..CHORDS).map(|number| north + (south - north) * f64::from(number) / f64::from(CHORDS));
         let widest = chords.map(|y| (self.widest_at(y, [west, east]), y)).max_by(|a, b| a.0.1.total_cmp(&b.0.1));
@@ -148,7 +156,8 @@ impl Shape {
         ([x, y], widest)
     }
 
-    /// The middle of the widest part inside at a height of the map, between two edges, and how wide that is.
+    /// Returns the middle and the width of the widest part inside the shape at the row `y` of the map, between two
+    /// edges.
     fn widest_at(&self, y: f64, [west, east]: [f64; 2]) -> (f64, f64) {
         let mut crossings: Vec<f64> = Vec::new();
         for pair in self.lines.iter().flat_map(|line| line.windows(2)) {
@@ -164,21 +173,23 @@ impl Shape {
     }
 }
 
-/// Where all of a part of the world is found, and how it is drawn.
+/// Finds everything that a map draws in a part of the world, and prepares it in a style and a scale.
 pub(super) struct Draughtsman<'a> {
     pub style: &'a Style,
     pub scale: Scale,
     /// The world at the nodes of the scale.
     pub world: &'a World,
-    /// The world at all vertices, whose settlements are drawn, and whether all of them, its roads and its agents' rivers are.
+    /// The world at all vertices, which has the settlements. If `has_lines`, all settlements are drawn, and also roads
+    /// and the rivers of agents.
     pub settled: &'a World,
     pub has_lines: bool,
-    /// Whether what is small may be left out.
+    /// True if small things may be left out.
     pub is_sketch: bool,
 }
 
 impl Draughtsman<'_> {
-    /// All that lies in an area of pixels or reaches into it, and the water that has a name within `pad` pixels around it.
+    /// Returns everything that lies in an area of pixels or reaches into it, and the named water within `pad` pixels
+    /// around the area.
     pub fn draw(&self, seen: Area, pad: usize) -> Drawing {
         let wide = (WIDEST_M / self.scale.metres_per_pixel) as usize;
         let area = seen.padded(pad.max(wide + WIDEST as usize));
@@ -189,7 +200,8 @@ impl Draughtsman<'_> {
         let vertices = |area| self.scale.nodes_of(area, self.settled.spacing_m());
         let mut lines = Vec::new();
         if self.style.roads.draw && self.has_lines {
-            // Roads cost more to plan than all else: no more of them than can be seen. A bridge is the widest.
+            // Roads cost more to plan than everything else, so plan only those that can be seen. A bridge is the widest
+            // line of a road.
             let widest_mm = self.style.roads.classes.iter().map(|class| class.width_mm + 4.0 * class.casing_mm);
             let mut reach = self.scale.pixels(widest_mm.fold(0.0, f64::max)).min(WIDEST);
             if self.has_houses() {
@@ -208,12 +220,13 @@ impl Draughtsman<'_> {
         drawing
     }
 
-    /// Whether the scale is large enough for houses.
+    /// True if the map shows houses: the scale is large enough, and the style draws settlements.
     fn has_houses(&self) -> bool {
         self.style.places.draw && self.has_lines && self.scale.denominator() <= self.style.places.houses_most
     }
 
-    /// All that is found in an area of nodes, part by part; what lies in several parts once, in the order of the keys.
+    /// Finds everything in an area of nodes, part by part. A thing that lies in several parts is returned once. The
+    /// order is that of the keys.
     fn find<T: Send, K: Ord + Send>(
         area: Area,
         find: impl Fn(&Area) -> Vec<T> + Sync,
@@ -273,14 +286,14 @@ impl Draughtsman<'_> {
         }
     }
 
-    /// What flows in the least river that is drawn.
+    /// Returns the discharge in cubic metres per second of the smallest river that is drawn.
     fn least_m3s(&self) -> f64 {
         let runoff_m = self.world.preset().fluvial.as_ref().map_or(0.0, |fluvial| fluvial.runoff_m);
         let share = self.scale.denominator() / 100_000.0;
         self.style.water.least_km2 * share * share * 1e6 * runoff_m / SECONDS_A_YEAR
     }
 
-    /// A river from where it is large enough to be drawn, in strokes that grow wider.
+    /// Returns the strokes of a river downstream from where it is large enough to be drawn; none if it never is.
     fn river(&self, river: &Line, least_m3s: f64) -> Option<Strokes> {
         let start = river.points.iter().position(|point| point.discharge_m3s >= least_m3s)?;
         let points = &river.points[start..];
@@ -293,7 +306,8 @@ impl Draughtsman<'_> {
             let share = libm::log((point.discharge_m3s / least_m3s.max(1e-9)).max(1.0)) / libm::log(LARGEST);
             let [least, most] = self.style.water.river_mm.map(|mm| self.scale.pixels(mm));
             let drawn = least + (most - least) * share.min(1.0);
-            // In steps that the eye does not see.
+            // Round the width to sixths of a pixel, steps too small for the eye to see, so that a stroke covers many
+            // points.
             (drawn.max(2.0 * point.half_width_m / self.scale.metres_per_pixel) * 6.0).round() / 6.0
         };
         let line: Vec<[f64; 2]> = kept.iter().map(|index| at[*index]).collect();
@@ -312,8 +326,8 @@ impl Draughtsman<'_> {
         Some(Strokes { id, name, bounds, parts })
     }
 
-    /// The settlements of an area of pixels that a map has room for: all, or the first town of each square of the world that
-    /// reaches into the area.
+    /// Returns the settlements of an area of pixels that a map has room for: all of them, or the first town of each
+    /// square of the world that reaches into the area.
     pub fn sites(&self, area: Area) -> Vec<SiteFeature> {
         if !self.style.places.draw {
             return Vec::new();
@@ -336,7 +350,7 @@ impl Draughtsman<'_> {
         squares.par_iter().filter_map(town).collect()
     }
 
-    /// Draws roads; returns each whole, with a number of its own.
+    /// Draws roads. Returns the whole line of each road, with a number of its own.
     fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Vec<(u64, Vec<[f64; 2]>)> {
         let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
         let mut lines = Vec::new();
@@ -351,7 +365,7 @@ impl Draughtsman<'_> {
 }
 
 impl Drawing {
-    /// Adds a road, if roads of its class are drawn at the scale; returns the whole line, in pixels.
+    /// Adds a road, if roads of its class are drawn at the scale. Returns the whole line, in pixels.
     pub fn add_road(&mut self, style: &Style, scale: Scale, road: &Line) -> Option<Vec<[f64; 2]>> {
         let class = road.class.unwrap_or(RoadClass::Track);
         if scale.denominator() > style.roads.classes[2 - class as usize].most {
@@ -365,7 +379,7 @@ impl Drawing {
             let line: Vec<[f64; 2]> = thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
             RoadPart { class, id: road.id.to_string(), shape: Shape::new(vec![smooth(&line)]) }
         };
-        // Tunnels are drawn apart from what is seen of the road.
+        // Tunnels are drawn apart from the visible parts of the road.
         let mut seen = 0;
         for structure in &road.structures {
             match structure.kind {
@@ -390,7 +404,8 @@ impl Drawing {
         Some(at)
     }
 
-    /// Draws the roads: tunnels under what bridges go over, all casings under all roads, and the better over the worse.
+    /// Draws the roads: first tunnels, then bridges, then all casings, and last all roads, the better classes over the
+    /// worse.
     pub fn draw_roads(&self, style: &Style, scale: Scale, canvas: &mut dyn Plotter) {
         let RoadsStyle { casing, classes, .. } = &style.roads;
         let class = |class: RoadClass| &classes[2 - class as usize];
@@ -408,7 +423,7 @@ impl Drawing {
     }
 }
 
-/// Draws parts of roads, those of one road as one thing.
+/// Draws parts of roads. The parts of one road form one object.
 fn stroke_parts(
     canvas: &mut dyn Plotter,
     parts: &[RoadPart],
@@ -424,7 +439,8 @@ fn stroke_parts(
     }
 }
 
-/// The pieces of a smooth line around each of its points, from the middle before it to the middle after it.
+/// Returns one piece of a smooth line for each of its points, from the middle of the segment before the point to the
+/// middle of the segment after it.
 fn smooth_pieces(line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
     let middle = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| (a[axis] + b[axis]) * 0.5);
     let last = line.len() - 1;
@@ -449,12 +465,12 @@ mod tests {
             bounds: [0.0; 4],
             parts: widths.iter().map(|width| (*width, vec![[0.0, 0.0], [1.0, 0.0]])).collect(),
         };
-        // A line at first, open for good from where it is wide, though it is narrower again and again.
+        // A line at first, then open from the first wide part on, though later parts are narrower again and again.
         let river = strokes(&[2.0, 3.9, 4.1, 3.9, 4.1, 3.5, 4.2]);
         let open = river.open(4.0, 0.5);
         let between: Vec<f64> = [4.1, 3.9, 4.1, 3.5, 4.2].iter().map(|width| width - 1.0).collect();
         assert_eq!((&open[..2], &open[2..]), (&[0.0, 0.0][..], &between[..]));
-        // Where there is no room for water between banks, it is a line again.
+        // Where there is no room for water between banks, the river is a line again.
         assert_eq!(strokes(&[5.0, 1.5, 2.0, 5.0]).open(4.0, 0.5), [4.0, 0.0, 0.0, 4.0]);
     }
 }

@@ -1,4 +1,4 @@
-//! Fonts: the faces that come with the program, so that a map looks the same on every machine, and files that styles name.
+//! Fonts: the built-in faces, with which a map looks the same on every machine, and the font files that styles name.
 
 use std::fmt::{self, Debug, Formatter};
 use std::fs;
@@ -15,14 +15,14 @@ use skrifa::raw::TableProvider;
 use skrifa::string::StringId;
 use skrifa::{FontRef, GlyphId, MetadataProvider, Tag};
 
-/// A face of Libertinus Serif. Maps give water italics, and what is important more weight.
+/// A face of Libertinus Serif. Maps set the names of water in italics and important names in heavier faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Face {
-    /// Upright, of text's weight.
+    /// Upright, of regular weight.
     #[default]
     Regular,
-    /// Slanted, of text's weight.
+    /// Slanted, of regular weight.
     Italic,
     /// Upright, between regular and bold.
     Semibold,
@@ -35,18 +35,18 @@ pub enum Face {
 }
 
 impl Face {
-    /// All of them, in the order in which they are declared.
+    /// All faces, in the order in which they are declared.
     pub const ALL: [Face; 6] =
         [Face::Regular, Face::Italic, Face::Semibold, Face::SemiboldItalic, Face::Bold, Face::BoldItalic];
 
-    /// Its font.
+    /// Returns the font of the face.
     pub fn font(self) -> Font {
-        // To read a font takes longer than to shape a name.
+        // Each font is read only once: reading one takes longer than shaping a name.
         static LOADED: [OnceLock<Loaded>; Face::ALL.len()] = [const { OnceLock::new() }; Face::ALL.len()];
         Font(LOADED[self as usize].get_or_init(|| self.load()))
     }
 
-    /// Its style, as the font calls itself.
+    /// Returns the name of the style as it ends the full name of the font.
     fn style_name(self) -> &'static str {
         match self {
             Face::Regular => "Regular",
@@ -69,12 +69,12 @@ impl Face {
     }
 }
 
-/// A face, and the font of a style's file that is used instead where it has the letters.
+/// A face, and the font of a style's file, which replaces the face for the letters that the file has.
 #[derive(Clone, Copy, Debug)]
 pub struct Typeface {
     /// The face.
     pub face: Face,
-    /// The font of the file, if there is one.
+    /// The font of the style's file, if there is one.
     pub own: Option<Font>,
 }
 
@@ -85,19 +85,20 @@ impl From<Face> for Typeface {
 }
 
 impl Typeface {
-    /// The font that text is set in.
+    /// Returns the preferred font: that of the file, or else that of the face.
     pub fn font(self) -> Font {
         self.own.unwrap_or_else(|| self.face.font())
     }
 
-    /// The font that has a letter: that of the file, or else that of the face, or else the first, with its box for missing ones.
+    /// Returns the font for a letter: that of the file, or else that of the face, if it has the letter. If neither has
+    /// it, returns the preferred font, which shows its box for missing letters.
     pub fn font_of(self, letter: char) -> Font {
         let mut fonts = self.own.into_iter().chain([self.face.font()]);
         fonts.find(|font| font.glyph_of(letter).is_some()).unwrap_or_else(|| self.font())
     }
 }
 
-/// A font that has been read, which stays in memory.
+/// A font that has been read. It stays in memory until the program ends.
 #[derive(Clone, Copy)]
 pub struct Font(&'static Loaded);
 
@@ -124,16 +125,17 @@ impl Debug for Font {
     }
 }
 
-/// No font file is longer than this; a longer file is something else.
+/// Largest size of a font file in bytes. A larger file is taken for something else.
 const MAX_BYTES: u64 = 64 << 20;
 
 impl Font {
-    /// The font in a TrueType or OpenType file: of a collection the first, of one that can be varied its default.
+    /// Reads the font of a TrueType or OpenType file: the first font of a collection, the default instance of a
+    /// variable font.
     ///
     /// # Errors
-    /// When it cannot be read, in words that go after the name of the file.
+    /// When the file cannot be read as a font. The message is worded to follow the name of the file.
     pub fn read(path: &Path) -> Result<Font, String> {
-        // Each stays, so none is kept twice.
+        // Fonts stay in memory for good, so the same file is kept only once.
         static READ: Mutex<Vec<&'static Loaded>> = Mutex::new(Vec::new());
         let size = fs::metadata(path).map_err(|error| error.to_string())?;
         if size.is_dir() || size.len() > MAX_BYTES {
@@ -149,65 +151,66 @@ impl Font {
         Ok(Font(loaded))
     }
 
-    /// The font as a file, for documents that carry it with them.
+    /// Returns the bytes of the font file, for documents that embed it.
     pub fn data(self) -> &'static [u8] {
         self.0.data
     }
 
-    /// What the font calls itself: its family and its style.
+    /// Returns the full name of the font: its family and its style.
     pub fn full_name(self) -> &'static str {
         &self.0.full_name
     }
 
-    /// What the font calls its family.
+    /// Returns the name of the font's family.
     pub fn family(self) -> &'static str {
         &self.0.family
     }
 
-    /// How heavy it is, as CSS counts: 400 is text, 700 bold.
+    /// Returns the weight of the font as CSS counts: 400 is text, 700 bold.
     pub fn weight(self) -> u16 {
         self.0.weight
     }
 
-    /// Whether it is slanted.
+    /// True if the font is slanted.
     pub fn is_slanted(self) -> bool {
         self.0.is_slanted
     }
 
-    /// What shapes text of the font.
+    /// Returns the shaper for text of the font.
     pub(super) fn shaper(self) -> &'static Shaper {
         &self.0.shaper
     }
 
-    /// A table of its file.
+    /// Returns a table of the font file, if it has one of that tag.
     pub fn table(self, tag: [u8; 4]) -> Option<&'static [u8]> {
         self.0.outlines.table_data(Tag::new(&tag)).map(|table| table.as_bytes())
     }
 
-    /// The font with its tables.
+    /// Returns the parsed font with its outlines and tables.
     pub(super) fn outlines(self) -> &'static FontRef<'static> {
         &self.0.outlines
     }
 
-    /// Its heights, in units of which so many are its size.
+    /// Returns the metrics of the font in font units, of which `units_per_em` are the font size.
     pub(super) fn metrics(self) -> &'static Metrics {
         &self.0.metrics
     }
 
-    /// The ascent, the descent and the height of capitals, in thousandths of the font's size, up from the baseline.
+    /// Returns the ascent, the descent and the height of capitals, in thousandths of the font's size, upwards from the
+    /// baseline.
     pub fn heights(self) -> [f32; 3] {
         let metrics = &self.0.metrics;
         let heights = [metrics.ascent, metrics.descent, metrics.cap_height.unwrap_or(metrics.ascent)];
         heights.map(|units| units * 1000.0 / f32::from(metrics.units_per_em))
     }
 
-    /// The glyph of a letter that stands alone, if the font has it.
+    /// Returns the glyph of a letter that stands alone, if the font has it.
     pub fn glyph_of(self, letter: char) -> Option<u16> {
         let glyph = self.0.outlines.charmap().map(letter)?;
         u16::try_from(glyph.to_u32()).ok().filter(|glyph| *glyph != 0)
     }
 
-    /// The advance of a glyph in thousandths of the font's size.
+    /// Returns the advance of a glyph in thousandths of the font's size.
     pub fn advance(self, glyph: u16) -> f32 {
         let Loaded { outlines, metrics, .. } = self.0;
         let widths = outlines.glyph_metrics(Size::unscaled(), LocationRef::default());
@@ -228,7 +231,7 @@ impl Loaded {
         let family = text(StringId::TYPOGRAPHIC_FAMILY_NAME).or_else(|| text(StringId::FAMILY_NAME));
         let family = family.unwrap_or_else(|| "Unnamed".into());
         let attributes = outlines.attributes();
-        // Not all fonts that are slanted say so in both places.
+        // Some slanted fonts say so only in their attributes, others only in their italic angle.
         let angle = outlines.post().map_or(0.0, |post| post.italic_angle().to_f64());
         Ok(Loaded {
             data,
@@ -245,7 +248,8 @@ impl Loaded {
 
 #[cfg(test)]
 impl Font {
-    /// A font that comes with a crate, DejaVu Sans Mono with its quadratic outlines, read as a file of somebody's is.
+    /// Returns DejaVu Sans Mono, which a crate ships and which has quadratic outlines, read from a file as a user's
+    /// font is.
     pub(crate) fn of_file() -> Font {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("own.ttf");

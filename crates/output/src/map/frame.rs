@@ -5,46 +5,46 @@ use crate::map::plotter::bounds;
 use crate::map::scale::Scale;
 use crate::map::text::Quad;
 
-/// Millimetres from the frame to the next letter.
+/// Smallest distance in millimetres from the frame to a letter.
 const GAP_MM: f64 = 0.6;
 
-/// The edges of a map that ends at them.
+/// The frame of a map that ends at its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frame {
-    /// West, north, east and south, in pixels.
+    /// Edges of the map in pixels: west, north, east and south.
     map: [f64; 4],
-    /// What letters may cover.
+    /// The part of the map that letters may cover.
     room: [f64; 4],
 }
 
 impl Frame {
-    /// The frame around an area of pixels.
+    /// Creates the frame around an area of pixels.
     pub fn new(area: Area, scale: Scale) -> Frame {
         let map = [area.x0, area.y0, area.x1, area.y1].map(|at| at as f64);
         let gap = scale.pixels(GAP_MM);
         Frame { map, room: [map[0] + gap, map[1] + gap, map[2] - gap, map[3] - gap] }
     }
 
-    /// Whether the map shows a place.
+    /// True if the map shows a place.
     pub fn shows(&self, [x, y]: [f64; 2]) -> bool {
         let [west, north, east, south] = self.map;
         (west..=east).contains(&x) && (north..=south).contains(&y)
     }
 
-    /// Whether there is room for all of some boxes.
+    /// True if all of some boxes lie where letters may.
     pub fn has_room(&self, boxes: &[Quad]) -> bool {
         let [west, north, east, south] = bounds(boxes.iter().flatten());
         west >= self.room[0] && north >= self.room[1] && east <= self.room[2] && south <= self.room[3]
     }
 
-    /// The part of a rectangle, west, north, east and south, that letters may cover, if there is one.
+    /// Returns the part of a rectangle (west, north, east and south) that letters may cover, if there is one.
     pub fn part(&self, [west, north, east, south]: [f64; 4]) -> Option<[f64; 4]> {
         let [least_x, least_y, most_x, most_y] = self.room;
         let part = [west.max(least_x), north.max(least_y), east.min(most_x), south.min(most_y)];
         (part[0] < part[2] && part[1] < part[3]).then_some(part)
     }
 
-    /// The parts of a line that lie where letters may.
+    /// Returns the parts of a line that lie where letters may.
     pub fn parts(&self, line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
         let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
         for pair in line.windows(2) {
@@ -57,7 +57,7 @@ impl Frame {
         parts
     }
 
-    /// Its four edges, as narrow boxes.
+    /// Returns the four edges of the map as boxes without width.
     pub fn edges(&self) -> impl Iterator<Item = Quad> {
         let [west, north, east, south] = self.map;
         let corners = [[west, north], [east, north], [east, south], [west, south]];
@@ -68,9 +68,11 @@ impl Frame {
     }
 }
 
-/// The part of a straight line within a rectangle, west, north, east and south, if there is one longer than a point.
+/// Returns the part of a straight line within a rectangle (west, north, east and south), if there is one longer than a
+/// point.
 ///
-/// Based on: Liang and Barsky (A New Concept and Method for Line Clipping, 1984): from where to where all four edges are kept to.
+/// Based on: Liang and Barsky (A New Concept and Method for Line Clipping, 1984). Each edge narrows the range of the
+/// line that lies within all four edges.
 pub(super) fn clipped([a, b]: [[f64; 2]; 2], [west, north, east, south]: [f64; 4]) -> Option<[[f64; 2]; 2]> {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
@@ -85,7 +87,7 @@ pub(super) fn clipped([a, b]: [[f64; 2]; 2], [west, north, east, south]: [f64; 4
             to = to.min(left / way);
         }
     }
-    // Ends that are not cut stay what they are, to the bit.
+    // Ends that are not cut keep their coordinates to the bit.
     let place = |share: f64| match share {
         0.0 => a,
         1.0 => b,

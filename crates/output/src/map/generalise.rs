@@ -1,10 +1,10 @@
-//! Generalisation: lines without the bends that a scale cannot show, and without corners.
+//! Generalisation: removes the bends of lines that a scale cannot show, and rounds their corners.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// The points of a line that are left when those are taken away, least first, whose triangle with their neighbours has less
-/// than `least` area, as indices. Ends stay.
+/// Returns the indices of the points of a line that remain after thinning. A point is removed if its triangle with its
+/// neighbours has less than `least` area, the smallest triangle first. The ends stay.
 ///
 /// Based on: M. Visvalingam and J. D. Whyatt, "Line generalisation by repeated elimination of points" (1993).
 pub(super) fn thinned(line: &[[f64; 2]], least: f64) -> Vec<usize> {
@@ -35,7 +35,7 @@ pub(super) fn thinned(line: &[[f64; 2]], least: f64) -> Vec<usize> {
         (after[from], before[to]) = (to, from);
         for other in [from, to] {
             if other > 0 && other < count - 1 {
-                // Never less than what has been taken away, or a whole bend would go at once.
+                // An area never gets smaller than the last one removed; otherwise a whole bend would go at once.
                 areas[other] = area(before[other], other, after[other]).max(smallest);
                 heap.push(Least { area: areas[other], index: other });
             }
@@ -44,7 +44,7 @@ pub(super) fn thinned(line: &[[f64; 2]], least: f64) -> Vec<usize> {
     (0..count).filter(|index| left[*index]).collect()
 }
 
-/// A point and the area that it stands for; the least is the greatest, for a heap.
+/// A point and the area of its triangle. The order is reversed, so that a heap yields the smallest area first.
 #[derive(PartialEq)]
 struct Least {
     area: f64,
@@ -65,7 +65,8 @@ impl PartialOrd for Least {
     }
 }
 
-/// A line without corners: through the middles of its pieces, bent around its points. A ring stays one.
+/// Rounds the corners of a line: the result goes through the middles of the segments and bends around the points. A
+/// ring stays a ring.
 pub(super) fn smooth(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let count = line.len();
     if count < 3 {
@@ -87,10 +88,12 @@ pub(super) fn smooth(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     points
 }
 
-/// A parabola from a point to another, towards a third, in pieces that are short where it bends.
+/// Returns a parabola from one point to another, bent towards a third (the control point), in pieces that are short
+/// where it bends.
 pub(super) fn bend(from: [f64; 2], towards: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
     let off = [0, 1].map(|axis| from[axis] - 2.0 * towards[axis] + to[axis]);
-    // As far as the chord may be off, an eighth of this over the square of the pieces: a tenth of a pixel.
+    // The chord of a piece is off by an eighth of `bent` over the square of the number of pieces. The number keeps this
+    // below a tenth of a pixel.
     let bent = (off[0] * off[0] + off[1] * off[1]).sqrt();
     let pieces = (bent / 0.8).sqrt().ceil().clamp(1.0, 16.0);
     let at = |index: usize| {

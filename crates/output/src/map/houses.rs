@@ -1,7 +1,8 @@
-//! Houses: beside the roads of settlements, where a map is large enough to show them.
+//! Houses beside the roads of settlements, on maps large enough to show them.
 //!
-//! Along each road there is a place for a house on each side every few metres. Whether one stands there depends on the place,
-//! on the nearest settlement and on the roads and places around it: every map that shows the place knows these.
+//! Each road has a place for a house on either side every few metres. Whether a house stands there depends on the
+//! place, the nearest settlement, and the roads and places around it. Every map that shows the place knows all of
+//! these.
 
 use std::collections::HashMap;
 
@@ -10,39 +11,39 @@ use crate::hash;
 use crate::map::plotter::{Shape, bounds};
 use crate::map::text::{Course, Quad};
 
-/// Metres along a road from a place for a house to the next.
+/// Distance in metres between two places for houses along a road.
 const APART_M: f64 = 18.0;
 
-/// Metres of a house along its road and away from it, at least and at most.
+/// Range of a house's length along its road and of its depth away from the road, in metres.
 const LONG_M: [f64; 2] = [9.0, 15.0];
 const DEEP_M: [f64; 2] = [7.0, 11.0];
 
-/// Metres from a road's middle to its houses.
+/// Distance in metres from a road's centre line to its houses.
 const SETBACK_M: f64 = 11.0;
 
-/// Metres around a settlement that houses fill, by the root of its people, and at most; and how many of its places they take
-/// in its middle.
+/// Houses fill a circle around a settlement: its radius in metres per square root of the population, its largest
+/// radius, and the share of places that have houses in its middle.
 const RADIUS_M: f64 = 9.0;
 pub(super) const MOST_M: f64 = 900.0;
 const FULL: f64 = 0.95;
 
-/// Metres from a house to the roads that decide whether it stands.
+/// Distance in metres within which roads decide whether a house stands.
 pub(super) const REACH_M: f64 = 70.0;
 
-/// A settlement, as its houses need it.
+/// A settlement, with what its houses depend on.
 pub(super) struct Town {
-    /// In pixels.
+    /// Position in pixels.
     pub at: [f64; 2],
     pub population: u32,
 }
 
-/// A place for a house, with what it is by its road, for order.
+/// A place for a house. Its order is the number of its road and its own number along that road.
 struct Place {
     order: (u64, i64),
     quad: Quad,
 }
 
-/// The houses along roads, each with a number of its own and its whole line in pixels.
+/// Returns the houses along roads, each road given by its number and its whole line in pixels.
 pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_pixel: f64) -> Vec<Shape> {
     let px = |metres: f64| metres / metres_per_pixel;
     let radius = |town: &Town| px((RADIUS_M * f64::from(town.population).sqrt()).min(MOST_M));
@@ -100,7 +101,8 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
         ([west - clear, north - clear, east + clear, south + clear], LineSegment::between(pair[0], pair[1]))
     });
     let near_roads = Buckets::new(segments, px(60.0));
-    // One house at a place: of two that touch, that which comes first, whether or not it stands.
+    // Of places that touch, only the first may have a house, even if it then has none: so a house depends on near
+    // places alone.
     let is_first = |place: &&Place| {
         let at = middle(&place.quad);
         near_places.at(at).iter().all(|other| {
@@ -121,14 +123,14 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
         .collect()
 }
 
-/// Things by the squares that they reach into.
+/// Items by the squares of a lattice that their bounding boxes meet.
 struct Buckets<T> {
     side: f64,
     squares: HashMap<[i64; 2], Vec<T>>,
 }
 
 impl<T: Copy> Buckets<T> {
-    /// Things with what they span, west, north, east and south, in squares of a side.
+    /// Sorts items into squares of the given side, by their bounding boxes: west, north, east and south.
     fn new(things: impl Iterator<Item = ([f64; 4], T)>, side: f64) -> Buckets<T> {
         let mut squares: HashMap<[i64; 2], Vec<T>> = HashMap::new();
         for ([west, north, east, south], thing) in things {
@@ -140,7 +142,7 @@ impl<T: Copy> Buckets<T> {
         Buckets { side, squares }
     }
 
-    /// All that reaches into the square of a place.
+    /// Returns all items that reach into the square of a place.
     fn at(&self, place: [f64; 2]) -> &[T] {
         self.squares.get(&place.map(|at| (at / self.side).floor() as i64)).map_or(&[], Vec::as_slice)
     }

@@ -1,9 +1,10 @@
-//! Which names a map shows, and where: the same name in the same place in every sheet that shows it.
+//! Label placement: chooses which names a map shows and where. Every sheet that shows a name shows it in the same
+//! place.
 //!
-//! Each name that could be shown is a feature with one or more candidates: places on the map, of which at most one is
-//! taken. Where candidates overlap, the one of better rank stays. That alone would let a name depend on names a
-//! continent away, by a chain of names that each make room for the next; so the chain is cut after a few links, and
-//! what a sheet shows depends on what lies within [`pad_px`] of it.
+//! Each name that could be shown is a feature with one or more candidates: possible places on the map, of which at most
+//! one is taken. Where candidates overlap, the one of better rank is shown. That rule alone would let a name depend on
+//! names a continent away, through a chain of overlapping names. So the chain is cut after a few links, and what a
+//! sheet shows depends only on what lies within [`pad_px`] of the sheet.
 
 use crate::geometry::{come_along, dot, length};
 use crate::hash;
@@ -12,50 +13,52 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 use std::ops::Range;
 
-/// How a candidate stands to others. The candidates of a feature differ in their places alone.
+/// Order of precedence of a candidate. The candidates of one feature differ only in their place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rank {
     /// The class of the feature: 0 comes first.
     pub class: u32,
-    /// How much the feature weighs within its class: the heavier comes first.
+    /// Weight of the feature within its class: the heavier comes first.
     pub weight: u64,
-    /// The feature, by any number that tells it from all others. It breaks ties as if by chance.
+    /// Number that identifies the feature. Its hash breaks ties between equal classes and weights, as if by chance.
     pub feature: u64,
-    /// The place among those of the feature: 0 is the best.
+    /// Number of the place among the places of the feature: 0 is the best.
     pub place: u32,
 }
 
 impl Rank {
-    /// The better rank is the lower.
+    /// Returns the sort key: the better rank has the lower key.
     fn order(&self) -> impl Ord + use<> {
-        // Numbers of features often go with where they are. Unmixed, they would make long chains of names in a row.
+        // Feature numbers often follow positions on the map. Unhashed, they would rank neighbours one after the other
+        // and make long chains of overlapping names.
         (self.class, Reverse(self.weight), hash::scatter(self.feature), self.place)
     }
 }
 
-/// A name, or the like, at a place where it could be shown.
+/// A label, such as a name, at a place where it could be shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate<T> {
-    /// How it stands to others.
+    /// Order of precedence among the candidates.
     pub rank: Rank,
-    /// What it covers, in pixels of a grid that all sheets share.
+    /// Boxes that the label covers, in pixels of a grid that all sheets share.
     pub boxes: Vec<Quad>,
-    /// What is shown there.
+    /// Content that is shown at this place.
     pub item: T,
 }
 
-/// How often features hear of what has become of those around them. Each round more is a name's length more around a sheet in
-/// which all names must be known. Of the names that more rounds would show, these miss few where most find a place.
+/// Number of rounds in which candidates are decided. Each further round widens the margin around a sheet in which all
+/// names must be known, by the length of a name. Where most names find a place, three rounds miss few of the names that
+/// more rounds would show.
 const ROUNDS: u32 = 3;
 
-/// How far around a sheet candidates and obstacles must be given to [`place`], so that it shows what any larger sheet
-/// does there.
+/// Distance in pixels around a sheet within which candidates and obstacles must be given to [`place`], so that the
+/// sheet shows the same as any larger sheet does there.
 ///
-/// `longest_px` is the longest extent of a feature with all of its candidates. All candidates are needed of each
-/// feature of which anything lies within the pad.
+/// `longest_px` is the largest extent of a feature with all its candidates. If any part of a feature lies within the
+/// distance, [`place`] needs all candidates of the feature.
 pub fn pad_px(longest_px: f64, margin_px: f64) -> f64 {
-    // Each round, a feature hears of those that it touches: one margin away, and as long as the longest. Even the last
-    // of them must know the obstacles under it.
+    // In each round, a feature depends on the features that touch it, which are one margin away and at most
+    // `longest_px` long. The obstacles under the last of these features must be known too, hence the one more.
     f64::from(ROUNDS + 1) * (longest_px + margin_px)
 }
 
@@ -66,11 +69,12 @@ enum State {
     Dropped,
 }
 
-/// The candidates that are shown, best first: none within a margin of another, none over an obstacle, one a feature.
+/// Returns the candidates that are shown, best first: none within a margin of another, none over an obstacle, at most
+/// one of each feature.
 ///
-/// In rounds, a candidate is shown when all better ones that it overlaps or shares its feature with are dropped, and
-/// dropped when one of them is shown; what is undecided after the last round is not shown. The order in which they are
-/// given does not matter.
+/// Works in rounds. A candidate is shown once all better candidates that overlap it or belong to its feature are
+/// dropped. It is dropped once one of these is shown. Candidates still undecided after the last round are not shown.
+/// The order in which candidates are given does not matter.
 ///
 /// # Panics
 /// When two candidates of a feature have the same place, or do not have the same class and weight.
@@ -79,7 +83,8 @@ pub fn place<T>(mut candidates: Vec<Candidate<T>>, obstacles: &[Quad], margin_px
     let features = features(&candidates);
     let (better, mut states) = rivals(&candidates, obstacles, margin_px);
     for _ in 0..ROUNDS {
-        // All from the states of the round before, or a round would reach as far as the order of features does.
+        // Read only the states of the round before. With newer states, one decision could pass through many features in
+        // a single round.
         let before = states.clone();
         for feature in &features {
             decide(feature.clone(), &better, &before, &mut states);
@@ -89,14 +94,15 @@ pub fn place<T>(mut candidates: Vec<Candidate<T>>, obstacles: &[Quad], margin_px
     shown.map(|(candidate, _)| candidate).collect()
 }
 
-/// Puts candidates in the order of rank and returns which of them, by their indices, have a say in whether some are shown that
-/// are `asked` about: all of their features, and of those that they make room for, as far as [`place`] looks.
+/// Sorts candidates by rank and returns the indices of those that influence whether the candidates selected by `asked`
+/// are shown: all candidates of their features and of the features that they make room for, as many links away as
+/// [`place`] looks.
 ///
-/// So what lies around a sheet needs to be known only where it matters: around these, an extent of a feature and a margin
-/// further.
+/// So a caller needs to know the surroundings only around these candidates: as far as the extent of a feature and a
+/// margin.
 ///
 /// # Panics
-/// As [`place`] does.
+/// Under the same conditions as [`place`].
 pub fn concerned<T>(
     candidates: &mut [Candidate<T>],
     obstacles: &[Quad],
@@ -124,7 +130,7 @@ pub fn concerned<T>(
     (0..candidates.len()).filter(|index| is_reached[feature_of[*index]]).collect()
 }
 
-/// The candidates of each feature, of candidates in the order of rank.
+/// Returns the range of indices of each feature's candidates, given candidates in the order of rank.
 fn features<T>(candidates: &[Candidate<T>]) -> Vec<Range<usize>> {
     let twins = candidates.windows(2).any(|pair| pair[0].rank == pair[1].rank);
     assert!(!twins, "two candidates of a feature have the same place");
@@ -141,12 +147,13 @@ fn features<T>(candidates: &[Candidate<T>]) -> Vec<Range<usize>> {
         .collect()
 }
 
-/// Decides what can be decided of the candidates of a feature.
+/// Decides those candidates of a feature that the states of the round before allow to decide.
 fn decide(feature: Range<usize>, better: &[Vec<usize>], before: &[State], states: &mut [State]) {
     if before[feature.clone()].contains(&State::Shown) {
         return;
     }
-    // Its own candidates need no round to hear of each other.
+    // The candidates of a feature are decided one after the other within the round: they need no further round to see
+    // each other's states.
     let mut waits = false;
     for candidate in feature.clone().filter(|candidate| before[*candidate] == State::Undecided) {
         let rivals = || better[candidate].iter().map(|rival| before[*rival]);
@@ -162,8 +169,9 @@ fn decide(feature: Range<usize>, better: &[Vec<usize>], before: &[State], states
     }
 }
 
-/// For each of the candidates, which are in the order of rank, the better ones of other features that it overlaps; and
-/// the states before the first round, in which only what is over an obstacle is decided.
+/// Finds, for each of the candidates in the order of rank, the better candidates of other features that overlap it.
+/// Also returns the states before the first round, in which only candidates over an obstacle are decided: they are
+/// dropped.
 fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) -> (Vec<Vec<usize>>, Vec<State>) {
     let mut better = vec![Vec::new(); candidates.len()];
     let mut states = vec![State::Undecided; candidates.len()];
@@ -178,7 +186,7 @@ fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) ->
                 better[a.max(b)].push(a.min(b));
             }
         }
-        // Room for a margin is kept between names alone: a symbol stands close to its own.
+        // The margin applies only between labels: a symbol may stand close to its own label.
         (Some(index), None) | (None, Some(index)) if overlap(&one.quad, &other.quad, 0.0) => {
             states[index] = State::Dropped;
         }
@@ -191,7 +199,7 @@ fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) ->
 struct OwnedBox {
     owner: Option<usize>,
     quad: Quad,
-    /// Its least and greatest coordinates, widened by half of a margin.
+    /// Smallest and largest coordinates of the box, widened by half a margin.
     least: [f64; 2],
     greatest: [f64; 2],
 }
@@ -205,9 +213,10 @@ impl OwnedBox {
     }
 }
 
-/// Calls `meet` once for each two boxes whose bounds overlap.
+/// Calls `meet` once for each pair of boxes whose bounding boxes overlap.
 fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)) {
-    // Cells of about the size of a box: most lie in few, and few in most. What is found does not depend on it.
+    // Grid cells are about as large as a box: most boxes lie in few cells, and most cells hold few boxes. The cell size
+    // does not change which pairs are found.
     let extent = |one: &OwnedBox| one.greatest[0] - one.least[0] + one.greatest[1] - one.least[1];
     let cell_px = (boxes.iter().map(extent).sum::<f64>() / (2.0 * boxes.len() as f64)).max(1.0);
     let cell = |place: [f64; 2]| place.map(|axis| (axis / cell_px).floor() as i64);
@@ -223,7 +232,8 @@ fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)
             for other in group[..ahead].iter().map(|(_, index)| &boxes[*index]) {
                 let from = [0, 1].map(|axis| one.least[axis].max(other.least[axis]));
                 let to = [0, 1].map(|axis| one.greatest[axis].min(other.greatest[axis]));
-                // Of the cells that two boxes share, they meet in the one in which their common part begins.
+                // Two boxes may share several cells. Report them only in the cell that holds the north-western corner
+                // of their common part.
                 if from[0] <= to[0] && from[1] <= to[1] && cell(from) == *here {
                     meet(one, other);
                 }
@@ -232,9 +242,10 @@ fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)
     }
 }
 
-/// Whether less than a margin lies between two boxes, seen along a side of either.
+/// True if at most a margin lies between two boxes, measured along the normals of their sides.
 ///
-/// Based on: convex shapes that are apart are so along the normal of one of their sides, of which a box has two.
+/// Based on: the separating axis theorem. Convex shapes that are apart are also apart along the normal of one of their
+/// sides, and a box has two such normals.
 pub fn overlap(a: &Quad, b: &Quad, margin_px: f64) -> bool {
     let apart = |[from, to]: [[f64; 2]; 2]| {
         let normal = [to[1] - from[1], from[0] - to[0]];
@@ -249,17 +260,17 @@ pub fn overlap(a: &Quad, b: &Quad, margin_px: f64) -> bool {
     !sides(a).into_iter().chain(sides(b)).any(apart)
 }
 
-/// Where the baseline of a name can begin beside a symbol, best first: right above, right, right below, left above,
-/// left, left below, above, below.
+/// Returns the places beside a symbol where the baseline of a name can begin, best first: right above, right, right
+/// below, left above, left, left below, above, below.
 ///
-/// `radius_px` is that of the symbol and of the room around it; no ink comes nearer.
+/// `radius_px` is the radius of the symbol and of the clear space around it; no ink of the name comes nearer.
 ///
 /// Based on: the order of Yoeli (The Logic of Automated Map Lettering, 1972), from the most to the least legible.
 pub fn around_point([x, y]: [f64; 2], radius_px: f64, name: &Shaped) -> [[f64; 2]; 8] {
     let [left, top, right, bottom] = name.ink;
-    // What is above to the side touches the circle with a corner.
+    // A name diagonally above or below touches the circle with a corner.
     let corner = radius_px * 0.5f64.sqrt();
-    // Small letters beside the symbol have their middle at its own.
+    // Beside the symbol, the middle of the small letters is level with the middle of the symbol.
     let beside = y + 0.5 * name.x_height;
     let middle = x - 0.5 * (left + right);
     let (above, below) = (y - corner - bottom, y + corner - top);
@@ -278,34 +289,37 @@ pub fn around_point([x, y]: [f64; 2], radius_px: f64, name: &Shaped) -> [[f64; 2
 /// A part of a line along which a name can be set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinePlace {
-    /// Which of the repetitions of the name along the line it is for: each is a feature of its own.
+    /// Number of the repetition of the name along the line. Each repetition is a feature of its own.
     pub repetition: u32,
-    /// The place among those of the repetition: 0 is the best.
+    /// Number of the place among the places of the repetition: 0 is the best.
     pub place: u32,
     /// The part of the line, smoothed, from left to right.
     pub line: Vec<[f64; 2]>,
-    /// Where along the part the name begins.
+    /// Distance along the part at which the name begins.
     pub start: f64,
 }
 
-/// How far the middles of a repetition's places are from the best one's, in widths of the name.
+/// Distances of a repetition's places from its regular position along the line, in widths of the name. The regular
+/// positions are evenly spaced.
 const SHIFTS: [f64; 7] = [0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9];
 
-/// How much a place may bend more than another and still be preferred, in shares of its length, for each width of the
-/// name that it is nearer to the middle. Chosen by eye.
+/// Extra bend for which a place is still preferred, as a share of its length, for each width of the name that it is
+/// nearer to the regular position. Chosen by eye.
 const BEND_A_SHIFT: f64 = 0.03;
 
-/// Where a name so wide can be set along a line, straight places first: repeated about every `repeat_px`, from left to
-/// right, upwards if the line is steep. None if the line is too short.
+/// Finds places for a name `width_px` wide along a line. The name is repeated about every `repeat_px`, and the
+/// straightest places of each repetition come first. Names read from left to right, or upwards if the line is steep.
+/// Returns no places if the line is too short.
 ///
-/// Bends that are shorter than about four times `smooth_px`, the size of the letters or so, are smoothed away. The
-/// places follow from the whole line alone, so the whole line must be given, not what a sheet shows of it. All places
-/// of a repetition lie within three widths of the name and twice `smooth_px`.
+/// Bends shorter than about four times `smooth_px`, roughly the size of the letters, are smoothed away. The places
+/// depend on the whole line, so give the whole line and not only the part that a sheet shows. All places of a
+/// repetition lie within three widths of the name and twice `smooth_px`.
 pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f64) -> Vec<LinePlace> {
-    // Twice: at first, small wiggles make the line longer than it looks, and that by which it is smoothed shorter.
+    // Smooth twice: at first, small wiggles make the line longer than it looks, so that steps along it are shorter on
+    // the map.
     let smoothed = smooth(&smooth(line, smooth_px), smooth_px);
     let Some(course) = Course::new(&smoothed) else { return Vec::new() };
-    // Room at both ends, so that rounding does not leave a name without its last letter.
+    // Leave room at both ends, so that rounding does not leave a name without its last letter.
     let half = 0.5 * width_px + smooth_px;
     let (first, last) = (half, course.length() - half);
     if last < first {
@@ -323,7 +337,7 @@ pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f
                 (bend(&part) + BEND_A_SHIFT * shift.abs(), part)
             })
             .collect();
-        // Stable, so that of equal ones the first of the list stays first.
+        // A stable sort: of equal choices, the first of the list stays first.
         choices.sort_by(|a, b| a.0.total_cmp(&b.0));
         places.extend((0..).zip(choices).map(|(place, (_, part))| {
             let line = left_to_right(part);
@@ -334,10 +348,11 @@ pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f
     places
 }
 
-/// A line through evenly spaced places of another, without its short bends. Its ends stay where they are.
+/// Returns a line without its short bends, through evenly spaced places. The ends stay in place.
 fn smooth(line: &[[f64; 2]], smooth_px: f64) -> Vec<[f64; 2]> {
     let Some(course) = Course::new(line) else { return Vec::new() };
-    // Eight means of three neighbours, weighted 1, 2, 1, make a bell whose standard deviation is two steps.
+    // Eight averages of three neighbours, weighted 1, 2, 1, approximate a Gaussian with a standard deviation of two
+    // steps.
     const MEANS: usize = 8;
     let steps = (course.length() / (0.5 * smooth_px)).ceil().max(1.0) as usize;
     let mut places: Vec<_> =
@@ -358,15 +373,15 @@ fn part(course: &Course, from: f64, to: f64) -> Vec<[f64; 2]> {
     part
 }
 
-/// How much longer a line is than the way from its start to its end, as a share of it: 0 if it is straight.
+/// Share of a line's length by which the line is longer than the straight way between its ends: 0 for a straight line.
 fn bend(line: &[[f64; 2]]) -> f64 {
     let [from, to] = [line[0], line[line.len() - 1]];
     1.0 - length([to[0] - from[0], to[1] - from[1]]) / come_along(line)[line.len() - 1]
 }
 
-/// A line so turned around that it leads from left to right; upwards, if it is steep.
+/// Turns a line so that it leads from left to right, or upwards if it is steep.
 fn left_to_right(mut line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    // Steeper than about 80 degrees.
+    // Cosine of about 80 degrees, from which on a line counts as steep.
     const STEEP: f64 = 0.17;
     let [from, to] = [line[0], line[line.len() - 1]];
     let way = [to[0] - from[0], to[1] - from[1]];
@@ -389,12 +404,12 @@ mod tests {
 
     const MARGIN_PX: f64 = 2.0;
 
-    /// A number of chance from 0 to 1.
+    /// A pseudo-random number from 0 to 1.
     fn chance(index: u64, what: u64) -> f64 {
         hash::share(hash::combine(index, what))
     }
 
-    /// Places of a name around each of so many points in a square.
+    /// Candidates for the names of `count` towns at random points in a square.
     fn towns(count: u64, side_px: f64) -> Vec<Candidate<[f64; 2]>> {
         let names = ["Au", "Sarnbruck", "Monte Castellone", "Holm"];
         let sizes = [12.0, 18.0, 26.0];
@@ -421,7 +436,7 @@ mod tests {
         [[x, y], [x + side, y], [x + side, y + side], [x, y + side]]
     }
 
-    /// The longest extent of a feature.
+    /// Largest extent of any feature with all its candidates.
     fn longest(candidates: &[Candidate<[f64; 2]>]) -> f64 {
         let corners = |feature: &[Candidate<[f64; 2]>]| -> Vec<_> {
             feature.iter().flat_map(|candidate| candidate.boxes.iter().flatten().copied()).collect()
@@ -463,7 +478,7 @@ mod tests {
         let features: Vec<&[Candidate<[f64; 2]>]> = all.chunk_by(|a, b| a.rank.feature == b.rank.feature).collect();
         let edges = |feature: &&[Candidate<[f64; 2]>]| bounds(feature.iter().flat_map(|one| &one.boxes).flatten());
         let edges: Vec<[f64; 4]> = features.iter().map(edges).collect();
-        // All places of the features that a square touches.
+        // Numbers of the features of which a candidate touches a square.
         let near = |square: &Quad| -> Vec<usize> {
             let [west, north, east, south] = bounds(square.iter());
             let may_touch = |[w, n, e, s]: [f64; 4]| w <= east && e >= west && n <= south && s >= north;
@@ -506,7 +521,7 @@ mod tests {
 
     #[test]
     fn names_hear_of_those_that_they_make_room_for_and_of_theirs() {
-        // Each overlaps the next, which is of worse rank.
+        // Each name overlaps the next, which has a worse rank.
         let mut row: Vec<_> = (0..10).map(|index| one(0, 100 - index, index, 0, [index as f64 * 9.5, 0.0])).collect();
         let concerned = concerned(&mut row, &[], 0.0, |one| one.rank.feature == 9);
         let features: Vec<u64> = concerned.into_iter().map(|index| row[index].rank.feature).collect();
@@ -515,7 +530,8 @@ mod tests {
 
     #[test]
     fn a_long_chain_of_names_does_not_reach_past_the_pad() {
-        // Each overlaps the next, which is of worse rank: uncut, the first would decide which of all others are shown.
+        // Each name overlaps the next, which has a worse rank. If the chain were not cut, the first name would decide
+        // which of all the others are shown.
         let row =
             |from: u64| (from..100).map(|index| one(0, 100 - index, index, 0, [index as f64 * 9.5, 0.0])).collect();
         let reach_px = |from: u64| {
@@ -623,7 +639,7 @@ mod tests {
         assert!(places[3..6].iter().all(|start| start[0] + name.width < 100.0) && places[5][1] > places[4][1]);
     }
 
-    /// A river with meanders, which leads somewhere.
+    /// A meandering river that flows in the direction `way`.
     fn river(way: [f64; 2]) -> Vec<[f64; 2]> {
         let at = |step: i32| {
             let (far, aside) =
@@ -667,7 +683,7 @@ mod tests {
 
     #[test]
     fn the_straight_part_of_a_line_comes_first() {
-        // Straight to the right of its middle, in waves to the left.
+        // Straight in the right half, wavy in the left half.
         let wave = |x: f64| if x < 300.0 { 30.0 * libm::sin(x * 0.05) } else { 0.0 };
         let line: Vec<_> = (0..=120).map(|step| f64::from(step) * 5.0).map(|x| [x, wave(x)]).collect();
         let places = along_line(&line, 150.0, 10_000.0, 10.0);

@@ -1,36 +1,36 @@
-//! Light and shadow on the ground of a map, on the lanes of simd.
+//! Light and shadow on the ground of a map, in SIMD lanes.
 
 use crate::simd::{Kernel, Simd};
 
 /// Pixels lit at once: a multiple of all lane counts.
 pub(super) const CHUNK: usize = 256;
 
-/// Numbers that a row of heights has for a chunk: one more on each side, and room for the last lanes.
+/// Number of heights that a row has for a chunk: one more on each side, and room for the last lanes.
 pub(super) const WIDE: usize = CHUNK + 2;
 
-/// What level ground has of a light that stands 45 degrees high.
+/// Brightness of level ground under a light 45 degrees above the horizon.
 const FLAT: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
-/// The cosine and the sine of the 60 degrees by which softer lights stand to each side of the main one.
+/// Cosine and sine of 60 degrees: the softer side lights stand this far to the left and right of the main light.
 const HALF: f32 = 0.5;
 const SINE: f32 = 0.866_025_4;
 
-/// Slope, metres up a metre ahead, of wide forms from which on the light turns as far as it may.
+/// Slope of wide landforms (rise over run) at which the light turns half as far as on steep ones.
 const TURNED: f32 = 0.12;
 
-/// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
+/// Least rise of a shore within a pixel, in metres. Flatter shores get a harder edge than they could have.
 const LEAST_RISE_M: f32 = 0.02;
 
-/// What a style and a scale say about the light.
+/// The parameters of the light, from a style and a scale.
 #[derive(Clone, Debug)]
 pub(super) struct Lamp {
     pub metres_per_pixel: f32,
     pub sea_level_m: f32,
-    /// Towards the sun: east and south.
+    /// Direction towards the sun: east and south.
     pub sun: [f32; 2],
-    /// The tangent of the angle by which the light turns at most.
+    /// Tangent of the largest angle by which the light turns.
     pub turn: f32,
-    /// How much of the light comes from the sides, together.
+    /// Share of the light that comes from the two side lights together.
     pub soften: f32,
     pub steepening: f32,
     pub strength: f32,
@@ -41,9 +41,10 @@ pub(super) struct Lamp {
     pub under_water: f32,
     pub shadow: [f32; 3],
     pub light: [f32; 3],
-    /// How much of that light is mixed in where a slope has all of it.
+    /// Share of `light` that is mixed in where a slope is fully lit.
     pub highlight: f32,
-    /// The lowest land, and what makes metres above it a share of the highest.
+    /// Height of the lowest land in metres, and the factor that turns metres above it into a share of the range of
+    /// heights.
     pub low_m: f32,
     pub per_m: f32,
 }
@@ -51,20 +52,21 @@ pub(super) struct Lamp {
 /// Lights a chunk of pixels.
 pub(super) struct Light<'a> {
     pub lamp: &'a Lamp,
-    /// Pixels that are wanted, from the first on.
+    /// Number of pixels wanted, from the first on.
     pub count: usize,
-    /// Heights of three rows, from a pixel west of the chunk to one east of it.
+    /// Heights of the chunk's row and of the rows north and south of it, from a pixel west of the chunk to one east of
+    /// it.
     pub heights: [&'a [f32; WIDE]; 3],
-    /// The same of wide forms alone.
+    /// The same rows of smoothed heights, which have wide landforms alone.
     pub smooth: [&'a [f32; WIDE]; 3],
-    /// How much ridges stand out at all sizes alike.
+    /// Texture shading: how much ridges stand out, at all sizes alike.
     pub texture: &'a [f32; CHUNK],
-    /// How much lighter or darker it is for the sky that it sees and for cast shadow.
+    /// Change of tone by the visible sky and by cast shadow; positive is lighter.
     pub open: &'a [f32; CHUNK],
     /// Tints of land and of sea, 0 to 255.
     pub land: &'a [[f32; CHUNK]; 3],
     pub sea: &'a [[f32; CHUNK]; 3],
-    /// What covers the ground: red, green and blue times the share that is seen, and that share.
+    /// Cover of the ground: red, green and blue times the visible share, and that share.
     pub cover: [&'a [f32; CHUNK]; 4],
     /// The pixels: red in the lowest byte, then green and blue.
     pub words: &'a mut [u32; CHUNK],
@@ -85,7 +87,8 @@ impl Kernel for Light<'_> {
             let [east, south] = [east * per_pixel, south * per_pixel];
             let [wide_east, wide_south] = slope(simd, self.smooth, at);
             let wide = steepening * per_pixel;
-            // The way that wide forms fall, in the frame of the sun: twice the angle between is what the light turns by.
+            // Downhill direction of wide landforms, in the frame of the sun. The sine of twice the angle between the
+            // two turns the light.
             let [wide_east, wide_south] = [zero - wide_east * wide, zero - wide_south * wide];
             let (sun_east, sun_south) = (simd.splat(lamp.sun[0]), simd.splat(lamp.sun[1]));
             let steep = wide_east * wide_east + wide_south * wide_south;
@@ -108,7 +111,7 @@ impl Kernel for Light<'_> {
             let right = simd.max(normal_east * right_east + normal_south * right_south + one, zero);
             let (ahead, side) = (simd.splat(1.0 - lamp.soften), simd.splat(0.5 * lamp.soften));
             let lit = (main * ahead + (left + right) * side) * scale - simd.splat(FLAT);
-            // The lower, the weaker, under more air.
+            // Aerial perspective: the lower the land, the weaker its shading, since more air lies above it.
             let smooth = simd.load(&self.smooth[1][at + 1..]);
             let elevation = (smooth - simd.splat(lamp.low_m)) * simd.splat(lamp.per_m);
             let low = one - simd.min(simd.max(elevation, zero), one);
@@ -118,7 +121,8 @@ impl Kernel for Light<'_> {
             let tone = (tone + simd.load(&self.open[at..])) * simd.splat(lamp.strength);
             let deep = lit * simd.splat(lamp.under_water * lamp.strength);
             let haze = low * simd.splat(lamp.haze_share);
-            // The share of the pixel that the sea covers, by how far its shore is.
+            // Share of the pixel that the sea covers, from the distance to the shore: depth divided by the rise within
+            // a pixel.
             let rise_m = simd.sqrt(east * east + south * south) * simd.splat(lamp.metres_per_pixel);
             let depth_m = simd.splat(lamp.sea_level_m) - simd.load(&self.heights[1][at + 1..]);
             let sea = depth_m / simd.max(rise_m, simd.splat(LEAST_RISE_M)) + simd.splat(0.5);
@@ -128,7 +132,7 @@ impl Kernel for Light<'_> {
             let [deep_bright, deep_dark] = shares(simd, lamp, deep);
             let mut word = simd.splat_u32(0);
             let mut channel = 3;
-            // From blue to red, since each shifts those before it up by a byte.
+            // From blue to red: each round shifts the channels before it up by a byte.
             while channel > 0 {
                 channel -= 1;
                 let (light, shadow) = (simd.splat(lamp.light[channel]), simd.splat(lamp.shadow[channel]) - one);
@@ -147,7 +151,8 @@ impl Kernel for Light<'_> {
     }
 }
 
-/// How much of full light is mixed in, and how deep the shadow is, at more or less light than level ground has.
+/// Returns the share of full light that is mixed in and the depth of the shadow. `tone` is the light relative to level
+/// ground.
 #[inline(always)]
 fn shares<S: Simd>(simd: S, lamp: &Lamp, tone: S::F32) -> [S::F32; 2] {
     let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
@@ -156,8 +161,7 @@ fn shares<S: Simd>(simd: S, lamp: &Lamp, tone: S::F32) -> [S::F32; 2] {
     [bright, dark]
 }
 
-/// Eight times what heights rise from a pixel to the next, to the east and to the south: from both neighbours and those beside
-/// them.
+/// Returns eight times the rise per pixel, to the east and to the south: weighted differences of the eight neighbours.
 ///
 /// Based on: B. K. P. Horn, "Hill shading and the reflectance map" (1981).
 #[inline(always)]

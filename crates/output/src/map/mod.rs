@@ -2,19 +2,19 @@
 //!
 //! ```text
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
-//!                  relief.rs    tints, what the ground is made of, light and shadow; sky.rs
+//!                  relief.rs    tints, materials of the ground, light and shadow; sky.rs open sky, cast shadows
 //!                  signs.rs     strokes on rock and slopes, stones of scree
-//! Style (TOML) --> contour.rs   lines of equal height, outlines.rs with numbers
-//!                  drawing.rs   rivers, lakes, roads and places as lines and areas in pixels; houses.rs
-//!                  ranges.rs    mountain ranges and valleys, from afar
-//!                  climb.rs     high ground from afar to the peak there; summits.rs
-//!                  text.rs      shaped names, label.rs their places, within a frame.rs if there is one
+//! Style (TOML) --> contour.rs   contours; outlines.rs adds their numbers
+//!                  drawing.rs   rivers, lakes, roads and settlements as lines and areas in pixels; houses.rs
+//!                  ranges.rs    mountain ranges and valleys, found in coarse land
+//!                  climb.rs     from high ground in coarse land to the peak there; summits.rs
+//!                  text.rs      shapes names; label.rs places them, within a frame.rs if there is one
 //!                      |
-//!                  chart.rs     a block of pixels of all that: every map of a style and a scale has the same
+//!                  chart.rs     draws all of this in blocks of pixels, the same in every map of a style and a scale
 //!                      |
-//!                  sheet.rs     a frame, a grid, a scale bar and a legend around it; atlas.rs, many of them
+//!                  sheet.rs     a frame, a grid, a scale bar and a legend around the map; atlas.rs many sheets
 //!
-//! Tile         --> plain.rs     the same of tiles, a pixel a vertex, for bakes
+//! Tile         --> plain.rs     maps of tiles for bakes, one pixel for each vertex
 //! ```
 
 pub mod atlas;

@@ -1,4 +1,4 @@
-//! Names and heights on a map: what could be written where, and what there is room for.
+//! Labels of a map: collects the names and heights that could be written, and keeps those that there is room for.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -20,63 +20,65 @@ use crate::map::symbols;
 use crate::map::text::{Placed, Quad, Shaped, shape};
 use crate::places::site::SiteClass;
 
-/// Millimetres that all places of a name together span at most: a longer name has fewer places.
+/// Largest extent of all places of a name together, in millimetres of paper. Places of a longer name that would exceed
+/// it are left out.
 const LONGEST_MM: f64 = 30.0;
 
-/// Places along a river that a repetition of its name may have.
+/// Largest number of places along a river that a repetition of its name may have.
 const SHIFTS: u32 = 3;
 
-/// Square millimetres of paper that a lake has at least whose name is written.
+/// Smallest lake whose name is written, in square millimetres of paper.
 const LEAST_LAKE_MM2: f64 = 5.0;
 
-/// Millimetres between names.
+/// Smallest gap between names, in millimetres.
 const MARGIN_MM: f64 = 0.5;
 
-/// Millimetres from the middle of a symbol to the name beside it at most, with the symbol.
+/// Largest distance in millimetres from the middle of a symbol to the name beside it.
 const BESIDE_MM: f64 = 2.0;
 
-/// Millimetres of paper of the squares in which settlements and peaks are looked for.
+/// Side in millimetres of paper of the squares in which settlements and peaks are searched.
 const CELL_MM: f64 = 20.0;
 
-/// Millimetres of paper from a river's name to the next along it.
+/// Distance along a river from one repetition of its name to the next, in millimetres of paper.
 const REPEAT_MM: f64 = 110.0;
 
-/// Millimetres of paper from a river to the name of its valley, and from that to the next along it.
+/// Distance from a river to the name of its valley, and from one repetition of that name to the next, in millimetres of
+/// paper.
 const VALLEY_GAP_MM: f64 = 2.2;
 const VALLEY_REPEAT_MM: f64 = 200.0;
 
-/// Scales, as second numbers, from which on villages and hamlets have no name, nor symbol.
+/// Largest scale denominators at which villages and hamlets have symbols and names.
 const MOST_VILLAGES: f64 = 400_000.0;
 const MOST_HAMLETS: f64 = 130_000.0;
 
-/// Something that is written on a map.
+/// A label: the texts that a map shows for one feature.
 #[derive(Clone, Debug)]
 pub(super) struct Writing {
     pub texts: Vec<Placed>,
     pub style: LabelStyle,
-    /// The middle of a peak that is marked with it.
+    /// Middle of the triangle that marks a peak; none for other features.
     pub peak: Option<[f64; 2]>,
-    /// What it is that has the name, its name, if it has one, and where it is.
+    /// Kind of the feature, its name (empty if it has none), and its position in pixels.
     pub kind: &'static str,
     pub name: String,
     pub at: [f64; 2],
 }
 
 impl Writing {
-    /// What it covers.
+    /// Returns the boxes that the texts cover.
     pub fn boxes(&self) -> impl Iterator<Item = Quad> {
         self.texts.iter().flat_map(|text| text.boxes.iter().copied())
     }
 }
 
-/// Pixels around an area in which what could be written has a say in what is written there.
+/// Returns the width in pixels of the margin around an area in which other labels may influence those of the area.
 pub(super) fn pad(scale: Scale) -> usize {
     let longest = scale.pixels(LONGEST_MM);
-    // No name is written further than that from what it belongs to.
+    // Labels never lie further than `longest` from their feature.
     (label::pad_px(longest, scale.pixels(MARGIN_MM)) + longest) as usize + 1
 }
 
-/// Whether a settlement of a class is drawn at a scale.
+/// Tells whether settlements of a class are drawn at a scale.
 pub(super) fn is_drawn(class: SiteClass, scale: Scale) -> bool {
     match class {
         SiteClass::Town => true,
@@ -85,15 +87,15 @@ pub(super) fn is_drawn(class: SiteClass, scale: Scale) -> bool {
     }
 }
 
-/// Where settlements and peaks are found that could have a name, in an area of pixels. It takes long, so they are asked for
-/// where they matter alone.
+/// Functions that find the settlements and peaks in an area of pixels that could have a name. The search takes long, so
+/// it is done only where the result matters.
 pub(super) struct Finders<'a> {
     pub sites: &'a (dyn Fn(Area) -> Vec<SiteFeature> + Sync),
     pub summits: &'a (dyn Fn(Area) -> Vec<Summit> + Sync),
 }
 
-/// All that is written in an area of pixels, given the water there and [around](pad), and the land from afar; within a frame, if
-/// there is one.
+/// Chooses all labels of an area of pixels, given the water there and [around](pad), and the land as seen from afar. If
+/// there is a frame, no label crosses it.
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
@@ -106,11 +108,11 @@ pub(super) fn write(
     writer.write_ranges(seen);
     writer.write_lakes(drawing);
     writer.write_rivers(drawing, seen);
-    // What is around the letters may be seen where they are not.
+    // The halo of a label may reach into the area although its letters do not.
     let visible = area.padded(scale.pixels(style.labels.halo_mm) as usize + 2);
     let is_seen = |boxes: &Vec<Quad>| visible.meets(bounds(boxes.iter().flatten()));
     let margin = scale.pixels(MARGIN_MM);
-    // What belongs to a place that may matter has its middle within it.
+    // Every feature that may have a label over a given place has its middle within this distance of the place.
     let reach = scale.pixels(LONGEST_MM + BESIDE_MM) + margin;
     let side = scale.pixels(CELL_MM).ceil() as i64;
     let [mut sites, mut summits] = [Cells::new(side), Cells::new(side)];
@@ -135,7 +137,7 @@ pub(super) fn write(
             let [west, north, east, south] = bounds(candidate.boxes.iter().flatten());
             let near = [west - reach, north - reach, east + reach, south + reach];
             near_sites.push(near);
-            // No peak takes the place of what comes before peaks.
+            // Peaks never displace labels of a class before theirs, so no peaks need to be known around those.
             if candidate.rank.class >= Class::Peak as u32 {
                 near_summits.push(near);
             }
@@ -145,7 +147,7 @@ pub(super) fn write(
     shown.into_iter().filter(|one| is_seen(&one.boxes)).map(|one| one.item).collect()
 }
 
-/// Squares of a map in which all of a kind has been found.
+/// Squares of a map in which all features of one kind are known.
 struct Cells {
     side: i64,
     known: BTreeSet<[i64; 2]>,
@@ -156,7 +158,8 @@ impl Cells {
         Cells { side, known: BTreeSet::new() }
     }
 
-    /// The squares of some rectangles (west, north, east and south) that were not known, and are from now on.
+    /// Returns the squares that meet some rectangles (west, north, east and south) and are not known yet, and marks
+    /// them as known.
     fn missing(&mut self, rectangles: &[[f64; 4]]) -> Vec<Area> {
         let side = self.side;
         let span = |from: f64, to: f64| (from.floor() as i64).div_euclid(side)..=(to.ceil() as i64).div_euclid(side);
@@ -172,7 +175,8 @@ impl Cells {
     }
 }
 
-/// All that is found in some squares, each thing in the one that its place lies in.
+/// Finds the features of some squares. Each feature counts only in the square that its position lies in, so none is
+/// found twice.
 fn find<T: Send>(
     squares: &[Area],
     find: &(dyn Fn(Area) -> Vec<T> + Sync),
@@ -196,10 +200,11 @@ struct Writer<'a> {
     obstacles: Vec<Quad>,
 }
 
-/// What comes first where there is not room for all.
+/// Classes of labels in order of precedence, for where there is not room for all.
 #[derive(Clone, Copy)]
 enum Class {
-    /// Ranges are so far apart that they never meet: each makes room for symbols alone, and all other names for it.
+    /// Ranges lie so far apart that their names never meet. A range makes room only for symbols, and all other names
+    /// make room for the range.
     Range,
     Town,
     Lake,
@@ -210,20 +215,21 @@ enum Class {
     Hamlet,
 }
 
-/// What is written along rivers.
+/// Kind of a name that is written along rivers: of the river itself or of its valley.
 struct Along {
     class: Class,
     name: &'static str,
-    /// Tells its names from all others.
+    /// Number that keeps the features of this kind apart from those of all others.
     number: i64,
 }
 
 impl Writer<'_> {
-    /// Leaves out places of names that, with the better ones of the same name, would matter further away than [`pad`] says.
+    /// Leaves out places that would make a name span more than [`pad`] assumes, together with the better places of the
+    /// same name.
     fn leave_out_long(&mut self) {
         let longest = self.scale.pixels(LONGEST_MM);
         let mut spans: HashMap<u64, [f64; 4]> = HashMap::new();
-        // Places of a name come one after the other, the best first.
+        // The list holds the places of a name one after the other, the best first.
         self.candidates.retain(|candidate| {
             if candidate.rank.class == Class::Range as u32 {
                 return true;
@@ -249,22 +255,22 @@ impl Writer<'_> {
     }
 
     fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), item: Writing) {
-        // A peak's mark goes with its height.
+        // The triangle of a peak is shown only together with the peak's label.
         let mark = item.peak.map(|at| square(at, symbols::peak_px(self.scale)));
         let mut boxes: Vec<Quad> = item.boxes().chain(mark).collect();
         if matches!(class, Class::Range) {
-            // Between its letters too there is no room for what has a name of its own.
+            // The gaps between the letters of a range also stay free of other labels.
             let gaps: Vec<Quad> = boxes.windows(2).map(|pair| between(&pair[0], &pair[1])).collect();
             boxes.extend(gaps);
         }
-        // A name that the frame would cut is not written there.
+        // A place where the frame would cut the label is left out.
         if self.frame.is_none_or(|frame| frame.has_room(&boxes)) {
             let rank = Rank { class: class as u32, weight, feature, place };
             self.candidates.push(Candidate { rank, boxes, item });
         }
     }
 
-    /// Whether a sign is on the map, so that it can have a name.
+    /// True if a feature's symbol lies on the map, so that the feature can have a name.
     fn shows(&self, at: [f64; 2]) -> bool {
         self.frame.is_none_or(|frame| frame.shows(at))
     }
@@ -312,14 +318,15 @@ impl Writer<'_> {
             let Some(text) = lake.name.as_ref().filter(|_| lake.area_px >= least_px) else { continue };
             let name = self.shaped(text, &style);
             let feature = number(&[2, hash_of(&lake.id) as i64]);
-            // Of a lake that the frame cuts, what is seen of it has the name.
+            // If the frame cuts the lake, the name goes with the part that is seen.
             let seen =
                 self.frame.map(|frame| frame.part(lake.shape.bounds).map(|part| (part, lake.shape.widest(part))));
             let seen = seen.unwrap_or(Some((lake.shape.bounds, (lake.middle, lake.widest))));
             let Some(([west, north, east, south], (middle, widest))) = seen else { continue };
             let [x, y] = middle;
             let mut places = Vec::new();
-            // In a lake that is wide enough, and across one that is large; beside a small one.
+            // The name lies in a lake that is wide enough for it, and across a large lake. Beside a small lake there
+            // are further places.
             let is_large = (east - west).max(south - north) > self.scale.pixels(LONGEST_MM);
             if is_large || widest >= 1.15 * name.width {
                 places.push([x - 0.5 * name.width, y + 0.5 * name.x_height]);
@@ -345,7 +352,7 @@ impl Writer<'_> {
             let kind = Along { class: Class::River, name: "river", number: 3 };
             let style = self.style.labels.river;
             self.write_along(river, &river.name, &style, kind, |_| true);
-            // A valley is written as its river is, and further from it.
+            // The name of a valley follows the river as the river's own name does, but further from it.
             if let Some((valley, seen)) = river.valley.as_ref().zip(seen) {
                 let kind = Along { class: Class::Valley, name: "valley", number: 5 };
                 let style = self.style.labels.valley;
@@ -354,7 +361,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A name along a river, where it `fits`.
+    /// Adds the places of a name along a river, where it `fits`.
     fn write_along(
         &mut self,
         river: &NamedRiver,
@@ -373,7 +380,7 @@ impl Writer<'_> {
         let parts = self.frame.map(|frame| longest_parts(frame.parts(&river.line), repeat_px));
         let parts = parts.unwrap_or_else(|| vec![river.line.clone()]);
         let spots = parts.iter().map(|part| along_line(part, name.width, repeat_px, smooth_px));
-        // Each part begins to count where the one before it has ended.
+        // The repetitions of each part are numbered on from those of the part before it.
         let spots = spots.scan(0, |before, mut spots| {
             let first = *before;
             for spot in &mut spots {
@@ -388,7 +395,7 @@ impl Writer<'_> {
                 continue;
             }
             let feature = number(&[stream, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
-            // Above the line first, or else below it.
+            // Above the line first, then below it.
             for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
                 if let Some(placed) = name.along(&spot.line, spot.start, lift) {
                     let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
@@ -421,8 +428,8 @@ impl Writer<'_> {
     }
 }
 
-/// Of the parts of a line that a map shows the longest, which has a name if there is room, and all that are so long that a name is
-/// repeated within them.
+/// Returns the longest of the parts of a line that a map shows, which has a name if there is room, and all parts so
+/// long that a name is repeated within them.
 fn longest_parts(parts: Vec<Vec<[f64; 2]>>, repeat_px: f64) -> Vec<Vec<[f64; 2]>> {
     let long = |part: &[[f64; 2]]| come_along(part)[part.len() - 1];
     let longest = parts.iter().map(|part| long(part)).fold(0.0, f64::max);
@@ -433,7 +440,7 @@ fn square([x, y]: [f64; 2], half: f64) -> Quad {
     [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]]
 }
 
-/// A box from the middle of a box to that of the next, as high as the first.
+/// Returns a box from the middle of one box to the middle of the next, as high as the first.
 fn between(one: &Quad, next: &Quad) -> Quad {
     let middle = |quad: &Quad| [0, 1].map(|axis| 0.5 * (quad[0][axis] + quad[2][axis]));
     let (from, to) = (middle(one), middle(next));
@@ -443,12 +450,12 @@ fn between(one: &Quad, next: &Quad) -> Quad {
     [(from, 1.0), (to, 1.0), (to, -1.0), (from, -1.0)].map(|([x, y], side)| [x + side * south, y - side * east])
 }
 
-/// What tells a thing from others: mixed from its numbers.
+/// Hashes some numbers into one that identifies a feature.
 fn number(parts: &[i64]) -> u64 {
     parts.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
 }
 
-/// A number that tells a text from others.
+/// Returns the hash of a text.
 pub(super) fn hash_of(text: &str) -> u64 {
     text.bytes().fold(0, |number, byte| hash::mix(number ^ u64::from(byte)))
 }
@@ -470,7 +477,7 @@ mod tests {
     #[test]
     fn all_kinds_have_names_and_none_overlaps_another() {
         let (_, mut preset) = Preset::load("alps").unwrap();
-        // What is looked for lies in the world of the seed alone.
+        // The expected kinds were found in the world of the bare seed; a country would make it another world.
         preset.country = None;
         let style = Style::load("topographic").unwrap();
         let scale = Scale { metres_per_pixel: 125.0, pixels_per_mm: 2.0 };
@@ -486,19 +493,19 @@ mod tests {
         }
     }
 
-    /// A thing with a name, as a map of some scale shows it.
+    /// A labelled feature, as a map of one scale shows it.
     #[derive(Debug)]
     struct Shown {
         denominator: f64,
         kind: &'static str,
         name: String,
-        /// What is written.
+        /// Text of the label.
         text: String,
-        /// Metres east and north.
+        /// Position in metres east and north.
         at: [f64; 2],
     }
 
-    /// All that is named within some kilometres of a place, at eight scales.
+    /// Returns everything that has a label within some kilometres of a place, at eight scales.
     fn shown(preset: &str, seed: u64, [east, north]: [f64; 2], km: f64) -> (Arc<World>, Vec<Shown>) {
         let (_, preset) = Preset::load(preset).unwrap();
         let world = Chart::world(&preset, Some(seed)).unwrap();
@@ -521,7 +528,7 @@ mod tests {
         (world, shown)
     }
 
-    /// What is written of a thing at every scale is what the world has: the same name, height and place.
+    /// Checks that labels agree with the world at every scale: the same name, height and place.
     fn check_names(preset: &str, seed: u64, [east, north]: [f64; 2], km: f64) {
         let (world, shown) = shown(preset, seed, [east, north], km);
         let spacing_m = world.spacing_m();
@@ -533,7 +540,7 @@ mod tests {
         let sites: Vec<SiteFeature> = world.sites(&area).iter().map(|site| SiteFeature::new(&world, site)).collect();
         let off = |a: [f64; 2], b: [f64; 2]| length([a[0] - b[0], a[1] - b[1]]);
         for one in &shown {
-            // Millimetres of paper by which generalising may move a line.
+            // Metres of one millimetre of paper, the unit of the tolerances below: generalising moves lines.
             let drawn_m = one.denominator / 1000.0;
             let is_there = match one.kind {
                 "peak" => peaks.iter().any(|peak| {
@@ -554,7 +561,8 @@ mod tests {
                     .iter()
                     .any(|site| site.class.name() == one.kind && site.name == one.name && off(one.at, site.at) < 1.0),
                 "valley" => rivers.iter().any(|river| valley_name(&world, river).as_ref() == Some(&one.name)),
-                // The name of a range is that of its highest peak, which lies on it: at smaller scales further away than is known here.
+                // A range has the name of its highest peak, which lies on the range. At smaller scales that peak may
+                // lie outside the area that is known here.
                 "range" if 40.0 * drawn_m > 0.5e3 * km => true,
                 "range" => peaks.iter().any(|peak| {
                     let [x, y] = [peak.at[0], -peak.at[1]].map(|at| (at / spacing_m).round() as i64);
@@ -565,7 +573,7 @@ mod tests {
             };
             assert!(is_there, "{preset} around {east},{north} has no such thing: {one:?}");
         }
-        // Of the peaks of the map of the largest scale some are on smaller ones too.
+        // Some peaks are shown at several scales and not only at the largest.
         let scales: BTreeSet<u64> =
             shown.iter().filter(|one| one.kind == "peak").map(|one| one.denominator as u64).collect();
         assert!(scales.len() > 2, "{preset} has peaks at {scales:?} alone");
@@ -581,7 +589,7 @@ mod tests {
         check_names("alps", 9, [-31.0, 22.0], 10.0);
     }
 
-    /// Whether a box is within an area of pixels.
+    /// True if a box lies within an area of pixels.
     fn is_within(area: Area, quad: &Quad) -> bool {
         let [west, north, east, south] = bounds(quad.iter());
         west >= area.x0 as f64 && north >= area.y0 as f64 && east <= area.x1 as f64 && south <= area.y1 as f64
@@ -600,7 +608,7 @@ mod tests {
             let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let scale = Scale { metres_per_pixel, pixels_per_mm: 2.0 };
             let chart = Chart::new(&preset, Some(5), style, scale).unwrap();
-            // Without a frame the neighbour goes on where a name is cut.
+            // Without a frame, the neighbouring picture shows the rest of a name that is cut at the edge.
             let is_cut = |writing: &&Writing| !writing.boxes().all(|quad| is_within(area, &quad));
             let open = chart.picture(area);
             cut += open.writings().iter().filter(is_cut).count();
@@ -615,13 +623,13 @@ mod tests {
             };
             for writing in framed.writings() {
                 assert!(!is_cut(&writing), "{writing:?}");
-                // A range is as large as its name, and has no sign.
+                // A range is as large as its name and has no symbol, so its position may lie outside the map.
                 if writing.kind == "range" {
                     continue;
                 }
                 assert!(area.meets([writing.at[0], writing.at[1], writing.at[0], writing.at[1]]), "{writing:?}");
             }
-            // A frame hardly takes a name from what is within it.
+            // A frame removes few of the names that lie within it.
             let kept = names(&open).intersection(&names(&framed)).count();
             assert!(4 * kept >= 3 * names(&open).len(), "{:?} and {:?}", names(&open), names(&framed));
         }

@@ -1,4 +1,5 @@
-//! The lines that the heights of a block draw: contours with their numbers, lines of equal depth, coasts.
+//! Outlines: the lines that follow from the ground of a block: contours with their numbers, depth contours, coasts and
+//! signs.
 
 use crate::area::Area;
 use crate::geometry::{dot, length};
@@ -11,19 +12,20 @@ use crate::map::signs::{Slopes, signs};
 use crate::map::style::{Colour, Style};
 use crate::map::text::{Placed, Quad, shape};
 
-/// Pixels a side of the squares that have one number each at most. A number lies within its square, so a block decides alone.
+/// Side in pixels of the squares that have at most one number each. A number lies within its square, so each block
+/// places its numbers without looking at other blocks.
 pub(super) const SQUARE: i64 = 256;
 
-/// Millimetres between a number and the ends of its line, other names, and the edges of its square.
+/// Smallest gap in millimetres between a number and the ends of its line, other names, and the edges of its square.
 const GAP_MM: f64 = 0.5;
 
-/// How long the chord of a line under a number is at least, in parts of the line.
+/// Smallest length of the chord of a line under a number, as a share of the line's length there.
 const STRAIGHT: f64 = 0.97;
 
-/// Pixels to the sides of a number at which it is seen where uphill is.
+/// Distance in pixels to both sides of a number at which heights are compared to find the side that is uphill.
 const UPHILL_PX: f64 = 4.0;
 
-/// What lines that the ground draws show, from the lowest to the highest.
+/// Kinds of lines on the ground, from the lowest to the highest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Trace {
     Sign,
@@ -37,7 +39,7 @@ type Lines = Vec<Vec<[f64; 2]>>;
 
 /// All lines of a block, in pixels.
 pub(super) struct Outlines {
-    /// Those that are drawn with one pen.
+    /// Lines by their kind and by the pen that draws them.
     lines: Vec<(Trace, Pen, Lines)>,
     pub coasts: Lines,
     numbers: Vec<Placed>,
@@ -45,7 +47,7 @@ pub(super) struct Outlines {
 }
 
 impl Outlines {
-    /// The lines of the ground of a block, whose contours have numbers where no name is written.
+    /// Creates the lines of the ground of a block. Contours have numbers where no name is written.
     pub fn new(
         (style, relief): (&Style, &Relief),
         scale: Scale,
@@ -125,7 +127,7 @@ impl Outlines {
             (Pen { colour, opacity: contour.opacity as f32, width, dash: None }, Vec::new())
         });
         for line in contours {
-            // In runs on snow and off it, which overlap by a point; none goes through a number.
+            // Split the line into runs on snow and off it, which overlap by a point. No run goes through a number.
             let of_index = 2 * usize::from(line.is_index());
             let is_snow = |[x, y]: [f64; 2]| {
                 let Area { x0, y0, x1, y1 } = ground.area;
@@ -161,7 +163,7 @@ impl Outlines {
         self.lines.extend(traces.into_iter().zip(pens).map(|(trace, (pen, lines))| (trace, pen, lines)));
     }
 
-    /// Draws the lines that show one thing.
+    /// Draws the lines of one kind.
     pub fn draw(&self, trace: Trace, plotter: &mut dyn Plotter) {
         for (_, pen, lines) in self.lines.iter().filter(|(of, _, _)| *of == trace) {
             plotter.stroke(lines, pen);
@@ -174,16 +176,16 @@ impl Outlines {
     }
 }
 
-/// Where a number stands, and nothing else may.
+/// The gap around a number, in which no contour is drawn.
 struct Gap {
     bounds: [f64; 4],
-    /// A corner, and the sides that begin there.
+    /// A corner of the gap, and the sides that begin there.
     corner: [f64; 2],
     sides: [[f64; 2]; 2],
 }
 
 impl Gap {
-    /// What a box covers, wider at the ends of the text.
+    /// Creates the gap of a number's box, wider by `by` at both ends of the text.
     fn new(quad: &Quad, by: f64) -> Gap {
         let [a, b, _, d] = *quad;
         let along = [b[0] - a[0], b[1] - a[1]];
@@ -215,7 +217,7 @@ struct Numberer<'a> {
 }
 
 impl Numberer<'_> {
-    /// One number in each square at most, on the straightest part of an index line.
+    /// Returns at most one number for each square, on the straightest part of an index line.
     fn numbers(&self, contours: &[Contour], written: &[Quad]) -> Vec<Placed> {
         let Area { x0, y0, x1, y1 } = self.ground.area;
         let squares =
@@ -226,13 +228,13 @@ impl Numberer<'_> {
                 let near: Vec<&Quad> = written.iter().filter(|quad| square.meets(bounds(quad.iter()))).collect();
                 let index = contours.iter().filter(|line| line.is_index());
                 let places = index.flat_map(|line| self.places(line, square, &near));
-                // The first of the straightest.
+                // Of equally straight places, take the first.
                 places.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, number)| number)
             })
             .collect()
     }
 
-    /// Places of the number of a line in a square, and how straight the line is there.
+    /// Returns places for the number of a line in a square, each with the straightness of the line there.
     fn places(&self, line: &Contour, square: Area, written: &[&Quad]) -> Vec<(f64, Placed)> {
         let style = self.style.labels.contour;
         let metres = line.number as f64 * self.interval_m;
@@ -242,7 +244,7 @@ impl Numberer<'_> {
         let text = shape(&format!("{metres:.digits$}"), typeface, size, style.spacing as f32);
         let (gap, half) = (self.scale.pixels(GAP_MM), 0.5 * text.width);
         let reach = half + gap;
-        // What is so far from the edges holds the whole number, however it is turned.
+        // A number with its middle this far from the edges lies within the square, however it is turned.
         let edge = reach + text.cap_height;
         let inner = [square.x0, square.y0].map(|at| at as f64 + edge);
         let outer = [square.x1, square.y1].map(|at| at as f64 - edge);
@@ -253,7 +255,7 @@ impl Numberer<'_> {
             at += length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
             let middle = pair[1];
             let is_inside = (0..2).all(|axis| inner[axis] <= middle[axis] && middle[axis] <= outer[axis]);
-            // A place every half number is enough.
+            // Trying a place every half width of the number is enough.
             if !is_inside || at < last + half {
                 continue;
             }
@@ -273,7 +275,7 @@ impl Numberer<'_> {
         places
     }
 
-    /// A number with its middle at a place, whose top is uphill.
+    /// Sets a number with its middle at a place and its top uphill.
     fn placed(&self, text: &crate::map::text::Shaped, [x, y]: [f64; 2], chord: [f64; 2]) -> Placed {
         let long = length(chord);
         let mut along = chord.map(|axis| axis / long);
@@ -290,7 +292,8 @@ impl Numberer<'_> {
     }
 }
 
-/// The points of a line so far before and after one of its own, if it goes on for so long.
+/// Returns the points of a line at the distance `reach` before and after one of its own points, if the line goes on for
+/// so long.
 fn ends(points: &[[f64; 2]], middle: usize, reach: f64) -> Option<([f64; 2], [f64; 2])> {
     let walk = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
         let mut last = *points.next()?;

@@ -1,7 +1,7 @@
-//! The map that a bake writes beside its other rasters: a pixel a vertex, in the style `plain`.
+//! The map that a bake writes beside its other rasters: one pixel per vertex, in the style `plain`.
 //!
-//! It is drawn as all maps are, but of tiles: heights and materials are those of the vertices, and so is the water, as the
-//! land has it. Roads and places are drawn over them.
+//! It is drawn like every map, but from tiles: heights, materials and water are those of the tile's vertices. Roads and
+//! places are drawn over them.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -16,17 +16,17 @@ use crate::map::symbols::draw_site;
 use crate::tile::Tile;
 use crate::world::World;
 
-/// Pixels that a millimetre of the style is: its lines are seen at full size on a screen.
+/// Pixels per millimetre of the style, so that lines are seen at full size on a screen.
 const PIXELS_PER_MM: f64 = 4.0;
 
-/// Vertices a side of the squares that roads and places are drawn on, counted from the origin: the same squares whatever the tiles, or
-/// the edges of lines would depend on the size of tiles.
+/// Side, in vertices, of the squares on which roads and places are drawn, counted from the origin. The squares do not
+/// depend on the tiles; otherwise the edges of lines would depend on the size of tiles.
 const SQUARE: i64 = 128;
 
-/// Metres that a shore rises within a pixel at least: where it is flatter, its edge is not as soft as it could be.
+/// Least rise of a shore within a pixel, in metres. Flatter shores get a harder edge than they could have.
 const LEAST_RISE_M: f32 = 0.02;
 
-/// Roads of agents: trodden earth, in sRGB, and its opacity.
+/// Colour in sRGB and opacity of the earth of roads that agents have trodden.
 const TRODDEN: Colour = Colour([222, 203, 160]);
 const TRODDEN_OPACITY: f32 = 0.85;
 
@@ -38,10 +38,10 @@ pub struct MapPainter {
 }
 
 impl MapPainter {
-    /// The painter of a world, in the colours of its preset.
+    /// Creates the painter of a world, in the colours of its preset.
     ///
     /// # Panics
-    /// When the built-in style `plain` is broken.
+    /// If the built-in style `plain` is broken.
     pub fn new(world: &World) -> MapPainter {
         let style = Style::load("plain").expect("built-in styles are sound");
         let scale = Scale { metres_per_pixel: world.spacing_m(), pixels_per_mm: PIXELS_PER_MM };
@@ -49,10 +49,10 @@ impl MapPainter {
         MapPainter { style, scale, relief }
     }
 
-    /// The pixels of the vertices in the first `cols` columns and `rows` rows of a tile: RGB, row by row.
+    /// Returns the pixels of the vertices in the first `cols` columns and `rows` rows of a tile: RGB, row by row.
     ///
     /// # Panics
-    /// When the tile has fewer.
+    /// If the tile has fewer columns or rows.
     pub fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
         let area = tile.area();
         let wanted = Area { x1: area.x0 + cols as i64, y1: area.y0 + rows as i64, ..area };
@@ -83,7 +83,7 @@ impl MapPainter {
         painted
     }
 
-    /// The ground with its water.
+    /// Paints the ground and its water.
     fn ground(&self, tile: &Tile) -> Grid<u32> {
         let area = tile.area();
         let covers = self.relief.covers_of(tile.blend().ground(), tile.blend().cover());
@@ -103,7 +103,8 @@ impl MapPainter {
                 match kind {
                     WaterKind::River => *pixel = mixed(*pixel, channels(self.style.water.line), 1.0),
                     WaterKind::Lake => {
-                        // Half of a pixel at the shore, by how steeply its floor falls.
+                        // The lake covers half of a pixel at the shore, and more by its depth relative to the fall of
+                        // its floor.
                         let slope = (east[index] * east[index] + south[index] * south[index]).sqrt() / up[index];
                         let rise_m = (slope * self.scale.metres_per_pixel as f32).max(LEAST_RISE_M);
                         let share = (depths[index] / rise_m + 0.5).min(1.0);
@@ -116,7 +117,8 @@ impl MapPainter {
         pixels
     }
 
-    /// The roads between settlements, as all maps draw them: they are no wider than a tile knows of them around it.
+    /// Collects the roads between settlements, drawn as on all maps. No road is drawn wider than a tile knows the roads
+    /// around it.
     fn drawing(&self, tile: &Tile) -> Drawing {
         let mut drawing = Drawing::default();
         for road in tile.lines().iter().filter(|line| line.id.kind() == LineKind::Road) {
@@ -129,7 +131,7 @@ impl MapPainter {
     }
 }
 
-/// What agents have left: trodden roads, and water in the rivers that they have dug.
+/// Paints the imprint of agents: trodden roads, and water in the rivers that they have dug.
 fn paint_agents(tile: &Tile, pixels: &mut Grid<u32>, water: Colour) {
     let Some(imprint) = tile.imprint() else { return };
     let area = tile.area();
@@ -145,7 +147,7 @@ fn paint_agents(tile: &Tile, pixels: &mut Grid<u32>, water: Colour) {
     }
 }
 
-/// A pixel, red in the lowest byte, of which a colour covers a share.
+/// Returns a pixel, red in the lowest byte, with a colour over a share of it.
 fn mixed(pixel: u32, colour: [f32; 3], share: f32) -> u32 {
     let mut bytes = pixel.to_le_bytes();
     for (channel, over) in bytes.iter_mut().zip(colour) {
@@ -155,7 +157,7 @@ fn mixed(pixel: u32, colour: [f32; 3], share: f32) -> u32 {
     u32::from_le_bytes(bytes)
 }
 
-/// Pixels of an area, red in the lowest byte, as RGB, row by row.
+/// Converts the pixels of an area, red in the lowest byte, to RGB, row by row.
 fn bytes(words: &Grid<u32>, area: Area) -> Vec<u8> {
     let mut bytes = vec![0; area.len() * 3];
     for (y, row) in (area.y0..area.y1).zip(bytes.chunks_exact_mut(area.width() * 3)) {
@@ -171,14 +173,14 @@ fn bytes(words: &Grid<u32>, area: Area) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Vertices by which a tile knows of roads beside it at least: one of its normals, and two by which a road
-    /// [concerns](crate::lines::Line::concerns) what is beside its banks.
+    /// Least distance in vertices at which a tile knows the roads beside it: one for its normals, and two at which a
+    /// road [concerns](crate::lines::Line::concerns) the ground beside its banks.
     const KNOWN: f64 = 3.0;
 
     #[test]
     fn no_road_is_drawn_wider_than_tiles_know_of_it() {
         let roads = Style::load("plain").unwrap().roads;
-        // A bridge is the widest; half a pixel is smoothed, and as much is what a bend may be simplified by.
+        // Bridges are the widest. Antialiasing adds half a pixel, and simplified bends may be off by another half.
         let widest = roads.classes.map(|class| class.width_mm + 4.0 * class.casing_mm).into_iter().fold(0.0, f64::max);
         assert!(0.5 * widest * PIXELS_PER_MM + 1.0 <= KNOWN, "{widest} mm");
     }

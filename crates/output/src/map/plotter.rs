@@ -1,14 +1,14 @@
-//! What lines, areas and letters are drawn on: pixels, or pages of vectors.
+//! Plotters: surfaces on which lines, areas and letters are drawn, either pixels or pages of vectors.
 
 use crate::area::Area;
 use crate::error::Error;
 use crate::map::style::Colour;
 use crate::map::text::Placed;
 
-/// Pixels that a line may be wide at most, half on each side: what lies so far from an area may reach into it.
+/// Largest width of a line in pixels, half on each side. Anything that lies this close to an area may reach into it.
 pub(crate) const WIDEST: f64 = 64.0;
 
-/// Lines, or the rings of an area, in pixels, and what they span: west, north, east and south.
+/// Lines, or the rings of an area, in pixels, with their bounding box: west, north, east and south.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub bounds: [f64; 4],
@@ -16,38 +16,38 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// Lines, or the rings of an area.
+    /// Creates a shape of lines, or of the rings of an area.
     pub fn new(lines: Vec<Vec<[f64; 2]>>) -> Shape {
         Shape { bounds: bounds(lines.iter().flatten()), lines }
     }
 
-    /// The ring of a rectangle: west, north, east and south.
+    /// Creates the ring of a rectangle, given its west, north, east and south.
     pub fn rectangle([west, north, east, south]: [f64; 4]) -> Shape {
         Shape::new(vec![vec![[west, north], [east, north], [east, south], [west, south], [west, north]]])
     }
 }
 
-/// What points span: west, north, east and south.
+/// Returns the bounding box of points: west, north, east and south.
 pub(crate) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
     let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
     points.fold(none, |[w, n, e, s], [x, y]| [w.min(*x), n.min(*y), e.max(*x), s.max(*y)])
 }
 
-/// How a line is drawn.
+/// The pen that draws a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pen {
     pub colour: Colour,
     pub opacity: f32,
-    /// In pixels, as all lengths here.
+    /// Width in pixels, as all lengths here.
     pub width: f32,
-    /// A stroke and a gap.
+    /// Lengths of a stroke and of a gap; none for a solid line.
     pub dash: Option<[f32; 2]>,
 }
 
-/// A part of a page that whoever edits it can hide or change as a whole, from the lowest to the highest.
+/// Layers of a page, from the lowest to the highest. Whoever edits the page can hide or change a layer as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Layer {
-    /// What lies under the map and around it.
+    /// The background under the map and around it.
     Paper,
     /// The ground as a picture.
     Relief,
@@ -55,7 +55,7 @@ pub(crate) enum Layer {
     Signs,
     /// Contours with their heights, and lines of equal depth.
     Contours,
-    /// What is built in settlements.
+    /// Houses of settlements.
     Houses,
     /// Lakes, rivers and coasts.
     Waters,
@@ -63,14 +63,14 @@ pub(crate) enum Layer {
     Roads,
     /// Symbols of settlements and peaks.
     Places,
-    /// What is written on the map.
+    /// Names on the map, and the heights of peaks.
     Names,
-    /// What stands around the map, and the lines of grids over it.
+    /// Furniture around the map, and the lines of grids over it.
     Furniture,
 }
 
 impl Layer {
-    /// What editors show.
+    /// Returns the name that editors show.
     pub const fn name(self) -> &'static str {
         match self {
             Layer::Paper => "paper",
@@ -87,34 +87,34 @@ impl Layer {
     }
 }
 
-/// One thing of a layer, such as a river, however many strokes it takes.
+/// One object of a layer, such as a river, however many strokes it takes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item<'a> {
-    /// What it is, in a word.
+    /// Kind of the object, in a word.
     pub kind: &'static str,
-    /// Tells it from others of its kind. Empty if there are none.
+    /// Identifies the object among others of its kind. Empty if it is the only one.
     pub id: &'a str,
-    /// What it is called. Empty if it has no name.
+    /// Name of the object. Empty if it has none.
     pub name: &'a str,
 }
 
 impl Item<'_> {
-    /// The only one of its kind.
+    /// Creates the item of an object that is the only one of its kind.
     pub fn only(kind: &'static str) -> Item<'static> {
         Item { kind, id: "", name: "" }
     }
 }
 
-/// How letters are written on pages.
+/// Form in which letters are written on pages of vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lettering {
-    /// As text, with the letters of its fonts in the file: it can be searched, copied and changed.
+    /// As text, with the letters of its fonts embedded in the file: the text can be searched, copied and changed.
     Text,
-    /// As outlines: they look the same everywhere.
+    /// As outlines, which look the same everywhere.
     Outlines,
 }
 
-/// A name and what is around its letters.
+/// A name and the halo around its letters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inscription<'a> {
     pub item: Item<'a>,
@@ -123,21 +123,21 @@ pub(crate) struct Inscription<'a> {
     pub halo: Pen,
 }
 
-/// Draws at places in pixels of a map, one thing over the other.
+/// Draws at places given in pixels of a map, each drawing over those before it.
 pub(crate) trait Plotter {
-    /// The pixels that are drawn on.
+    /// Returns the pixels that are drawn on.
     fn area(&self) -> Area;
 
-    /// Begins a layer, in which there is what is drawn until it ends. Pixels have no layers.
+    /// Begins a layer: everything drawn until its end belongs to it. Pixels have no layers.
     fn begin_layer(&mut self, _layer: Layer) {}
 
     /// Ends the layer.
     fn end_layer(&mut self) {}
 
-    /// Begins one thing of a layer. Pixels do not tell things apart.
+    /// Begins one object of a layer. Pixels do not tell objects apart.
     fn begin_item(&mut self, _item: &Item<'_>) {}
 
-    /// Ends the thing.
+    /// Ends the object.
     fn end_item(&mut self) {}
 
     /// Fills an area by the even-odd rule.
@@ -149,19 +149,19 @@ pub(crate) trait Plotter {
     /// Writes a text.
     fn write(&mut self, text: &Placed, colour: Colour);
 
-    /// Writes names over what is around their letters. Pages draw one name after the other, each as a thing of its own; on
-    /// pixels nothing that is around a name covers another, however wide it is.
+    /// Writes names over their halos. Pages draw one name after the other, each as an object of its own. On pixels all
+    /// halos are drawn before all names, so no halo covers a name, however wide it is.
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]);
 
     /// Draws a disc.
     fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour);
 
-    /// Whether something that spans so much, west, north, east and south, may be seen.
+    /// True if something with this bounding box (west, north, east and south) may be visible.
     fn sees(&self, span: [f64; 4]) -> bool {
         self.area().padded(WIDEST as usize).meets(span)
     }
 
-    /// Draws the lines of a shape, if they may be seen.
+    /// Draws the lines of a shape, if they may be visible.
     fn stroke_shape(&mut self, shape: &Shape, pen: &Pen) {
         if self.sees(shape.bounds) {
             self.stroke(&shape.lines, pen);
@@ -169,26 +169,26 @@ pub(crate) trait Plotter {
     }
 }
 
-/// A page of vectors, on which there are pictures too.
+/// A page of vectors, which can hold pictures of pixels too.
 pub(crate) trait Page: Plotter {
-    /// From here on nothing is seen outside a part of the page, until [`open`](Page::open).
+    /// Clips everything drawn from here on to a part of the page, until [`open`](Page::open).
     fn clip(&mut self, part: Area);
 
-    /// Begins a picture of a part of the page.
+    /// Begins a picture that fills a part of the page.
     fn begin_picture(&mut self, part: Area);
 
-    /// The next rows of the picture, from the north: RGB.
+    /// Adds the next rows of the picture, from the north: RGB.
     ///
     /// # Errors
     /// When the page cannot be written.
     fn add_rows(&mut self, pixels: &[u8]) -> Result<(), Error>;
 
-    /// Ends the picture, over which all else is drawn.
+    /// Ends the picture. Everything else is drawn over it.
     ///
     /// # Errors
     /// When the page cannot be written.
     fn end_picture(&mut self) -> Result<(), Error>;
 
-    /// Ends what [`clip`](Page::clip) began.
+    /// Ends the clipping that [`clip`](Page::clip) began.
     fn open(&mut self);
 }

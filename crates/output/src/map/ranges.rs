@@ -1,7 +1,8 @@
-//! Mountain ranges, and how deep valleys are: the land as it is seen from afar, at the scale of names.
+//! Mountain ranges, and the depth of valleys, found in the land as it is seen from afar: at coarse nodes that suit the
+//! scale of names.
 //!
-//! A range is high ground that is the highest as far as a name reaches and further, so that the names of two ranges never
-//! meet and each can be found from the land around it alone.
+//! A range is high ground around a top. The top is the highest point within more than twice the reach of a name, so the
+//! names of two ranges never meet, and each range can be found from the land around it alone.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -19,91 +20,94 @@ use crate::map::style::LabelsStyle;
 use crate::map::text::{Placed, shape};
 use crate::world::World;
 
-/// Millimetres on paper from a node from afar to the next, at most.
+/// Largest distance in millimetres on paper from a coarse node to the next.
 const NODE_MM: f64 = 2.0;
 
-/// Steps by which the land is smoothed, one after the other, until a range is one form: as far as 10 mm.
+/// Steps, in nodes, by which the land is smoothed one after the other until a range is one form: as far as 10 mm.
 const STEPS: [i64; 3] = [1, 2, 4];
 
-/// Nodes around an area that smoothing looks at.
+/// Width in nodes of the margin around an area that smoothing looks at.
 const HALO: usize = 14;
 
-/// Millimetres on paper from the top of a range to the end of its name at most.
+/// Largest distance in millimetres on paper from the top of a range to the end of its name.
 const REACH_MM: f64 = 30.0;
 
-/// Millimetres on paper in which there is one range at most: more than twice as far as names reach.
+/// Smallest distance in millimetres on paper between the tops of two ranges: more than twice the reach of a name.
 const APART_MM: f64 = 64.0;
 
-/// The scales, as second numbers, at which ranges and valleys have names.
+/// Smallest scale denominator at which ranges have names, and the denominators at which valleys have names.
 const LEAST_RANGES: f64 = 90_000.0;
 const VALLEYS: std::ops::RangeInclusive<f64> = 30_000.0..=750_000.0;
 
-/// Metres that a range rises above the low ground around it, at least.
+/// Smallest height in metres by which a range rises above the low ground around it.
 const LEAST_RISE_M: f32 = 400.0;
 
-/// Metres between the floor of a valley and the heights beside it, at least, and millimetres to those.
+/// Smallest height in metres of the land beside a named valley above its floor, and the distance in millimetres within
+/// which that land is looked for.
 const LEAST_DEPTH_M: f32 = 250.0;
 const BESIDE_MM: f64 = 10.0;
 
-/// Of the ground around a range, the share that is not a part of it.
+/// Share of the ground around a top that is too low to be a part of the range.
 const LOW_SHARE: f64 = 0.5;
 
-/// How far from the middle of its ground a name goes at most, in standard deviations of that along it.
+/// Largest distance from the middle of the range's ground to the end of its name, in standard deviations of the ground
+/// along the name.
 const MOST_SPREAD: f64 = 2.6;
 
-/// How far a name bends at most: its middle from the straight line between its ends, in parts of that.
+/// Largest bend of a name: the distance from its middle to the straight line between its ends, as a share of that line.
 const MOST_BEND: f64 = 0.16;
 
-/// How many times as wide as it is with its usual room between letters a name is at most.
+/// Largest width of a name, as a multiple of its width with the usual space between letters.
 const MOST_STRETCH: f64 = 2.2;
 
-/// Millimetres from the crest to the middle of a name: it makes room for the symbols of settlements.
+/// Distances in millimetres from the crest to the middle of a name. Beside the crest, the name makes room for the
+/// symbols of settlements.
 const BESIDE_LINE_MM: [f64; 5] = [0.0, 3.0, -3.0, 6.0, -6.0];
 
-/// Nodes a side of the parts that are found at once.
+/// Side in nodes of the parts in which land is made.
 const PART: i64 = 64;
 
-/// The land of a world at the nodes of a stride that goes with the scale of names.
+/// The land of a world at the coarse nodes of a stride that suits the scale of names.
 #[derive(Debug)]
 pub(super) struct Afar {
     world: World,
     scale: Scale,
-    /// The way from the highest ground of a range to its highest peak.
+    /// Climb from the highest coarse node of a range to its highest peak.
     climb: Climb,
 }
 
-/// The land from afar around an area of pixels.
+/// The coarse land around an area of pixels.
 pub(super) struct Seen<'a> {
     afar: &'a Afar,
-    /// Heights in metres, those of the sea where that is higher.
+    /// Heights of the ground in metres, or of the sea where the sea is higher.
     heights: Grid<f32>,
-    /// The same without small forms, 14 nodes narrower.
+    /// The same heights without small forms, on an area 14 nodes narrower on each side.
     smooth: Grid<f32>,
-    /// The nodes of the area.
+    /// Nodes of the area of pixels, and of the reach of a name around it.
     area: Area,
 }
 
 /// A mountain range.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Range {
-    /// The node of its top, which tells it from all others of a scale.
+    /// Node of the top, which identifies the range among all ranges of a scale.
     pub id: [i64; 2],
     pub name: String,
-    /// Its highest place without small forms, in pixels.
+    /// Highest place of the smoothed land, in pixels.
     pub top: [f64; 2],
-    /// Along its crest, from left to right.
+    /// Line along the crest, from left to right.
     pub line: Vec<[f64; 2]>,
 }
 
 impl Afar {
-    /// The land of a fluvial world for maps of a scale.
+    /// Creates the coarse land of a fluvial world for maps of a scale.
     pub fn new(world: &Arc<World>, scale: Scale) -> Afar {
         let most_m = NODE_MM * scale.denominator() / 1000.0;
         let stride = Stride::within(most_m, world.spacing_m());
         Afar { world: world.at_stride(stride), scale, climb: Climb::new(Arc::clone(world), stride) }
     }
 
-    /// Whether anything is named at a scale that is not named without it.
+    /// True if ranges or valleys have names at the scale, so that the coarse land is needed.
     pub fn is_of_use(world: &World, scale: Scale) -> bool {
         let denominator = scale.denominator();
         world.names().is_some() && (denominator >= LEAST_RANGES || VALLEYS.contains(&denominator))
@@ -113,7 +117,7 @@ impl Afar {
         self.world.spacing_m() / self.scale.metres_per_pixel
     }
 
-    /// The land around an area of pixels, as far as names of ranges reach that are seen there.
+    /// Returns the land around an area of pixels, as far as it decides on the names of ranges that may be seen there.
     pub fn look(&self, pixels: Area) -> Seen<'_> {
         let nodes = |mm: f64| (self.scale.pixels(mm) / self.pixels_per_node()).ceil() as usize + 1;
         let area = self.scale.nodes_of(pixels, self.world.spacing_m()).padded(nodes(REACH_MM));
@@ -145,7 +149,7 @@ impl Afar {
 }
 
 impl Seen<'_> {
-    /// The ranges whose names may reach into the area.
+    /// Returns the ranges whose names may reach into the area.
     pub fn ranges(&self) -> Vec<Range> {
         if self.afar.scale.denominator() < LEAST_RANGES {
             return Vec::new();
@@ -156,7 +160,7 @@ impl Seen<'_> {
         tops.filter_map(|top| self.range(top)).collect()
     }
 
-    /// Whether the floor of a valley lies so far below the heights beside it that it has a name of its own.
+    /// True if the floor of a valley lies so far below the heights beside it that the valley has a name of its own.
     pub fn is_valley(&self, at: [f64; 2]) -> bool {
         let Afar { scale, .. } = self.afar;
         if !VALLEYS.contains(&scale.denominator()) {
@@ -164,7 +168,7 @@ impl Seen<'_> {
         }
         let node = at.map(|at| (at / self.afar.pixels_per_node()).round() as i64);
         let beside = scale.pixels(BESIDE_MM);
-        // Rivers are known far beyond what is seen, and what is written there does not matter.
+        // Rivers reach far beyond the coarse land. Names out there are not seen, so `false` will do.
         let known = Area::new(node[0], node[1], 1, 1).padded((beside / self.afar.pixels_per_node()) as usize);
         if !self.heights.area().contains(&known) {
             return false;
@@ -177,7 +181,7 @@ impl Seen<'_> {
         high_m - low_m >= LEAST_DEPTH_M
     }
 
-    /// The nodes of a disc, of so many pixels, around a node.
+    /// Returns the nodes of a disc around a node, given its radius in pixels.
     fn around(&self, [x, y]: [i64; 2], pixels: f64) -> impl Iterator<Item = [i64; 2]> {
         let nodes = pixels / self.afar.pixels_per_node();
         let most = nodes as i64;
@@ -186,7 +190,7 @@ impl Seen<'_> {
         offsets.filter(within).map(move |[east, south]| [x + east, y + south])
     }
 
-    /// Whether a node is the highest as far as ranges lie apart; of equals, the first.
+    /// True if a node is the highest within `APART_MM`; of equal nodes, only the first is.
     fn is_top(&self, top: [i64; 2]) -> bool {
         let height_m = |[x, y]: [i64; 2]| self.smooth.at(x, y);
         let is_below = |at: [i64; 2]| match height_m(at).total_cmp(&height_m(top)) {
@@ -195,12 +199,12 @@ impl Seen<'_> {
             Ordering::Greater => false,
         };
         let [x, y] = top;
-        // Nearly all have a neighbour that is higher.
+        // Compare with the neighbours first: nearly all nodes have a higher neighbour, and the wide disc takes longer.
         let beside = [[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]];
         beside.into_iter().all(is_below) && self.around(top, self.afar.scale.pixels(APART_MM)).all(is_below)
     }
 
-    /// The range around its top, where it stands out.
+    /// Returns the range around a top, if it stands out from the land around it.
     fn range(&self, top: [i64; 2]) -> Option<Range> {
         let Afar { world, scale, climb } = self.afar;
         let reach = scale.pixels(REACH_MM);
@@ -214,7 +218,8 @@ impl Seen<'_> {
         let highest = |a: &[i64; 2], b: &[i64; 2]| {
             self.heights.at(a[0], a[1]).total_cmp(&self.heights.at(b[0], b[1])).then(b.cmp(a))
         };
-        // Named after its highest peak, the same one at all scales, so that a range of a smaller scale has the name of its highest part.
+        // A range is named after its highest peak, which is the same at all scales. So a range on a map of a smaller
+        // scale has the name of its highest part.
         let peak = climb.peak(nodes.iter().copied().max_by(highest)?.map(|at| at * world.stride().vertices()))?;
         let name = world.names()?.range(peak.at);
         let mut smooth: Vec<f32> = nodes.iter().map(|[x, y]| self.smooth.at(*x, *y)).collect();
@@ -226,7 +231,7 @@ impl Seen<'_> {
         let weighed = nodes.iter().map(|at| {
             let [x, y] = pixel(*at);
             let from_top = [x - top[0], y - top[1]];
-            // What is far counts less, or the next range would turn this one's name.
+            // Far ground counts less; otherwise the next range would turn the name of this range.
             let near = 1.0 - dot(from_top, from_top) / (reach * reach);
             (f64::from((self.smooth.at(at[0], at[1]) - foot_m).max(0.0)) * near, from_top)
         });
@@ -235,7 +240,8 @@ impl Seen<'_> {
     }
 }
 
-/// A parabola along weighted places, given from a place of which it goes no further than `reach` away.
+/// Fits a parabola along weighted places, which are given relative to `from`. The parabola goes no further than `reach`
+/// from there.
 fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<[f64; 2]>> {
     let sum = |of: &dyn Fn([f64; 2]) -> f64| weighed.iter().map(|(weight, at)| weight * of(*at)).sum::<f64>();
     let whole = sum(&|_| 1.0);
@@ -246,13 +252,13 @@ fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<
     let off = |at: [f64; 2]| [at[0] - middle[0], at[1] - middle[1]];
     let moment = |a: usize, b: usize| sum(&|at| off(at)[a] * off(at)[b]) / whole;
     let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
-    // The axis along which the places spread most.
+    // Angle of the axis along which the places spread most.
     let angle = 0.5 * libm::atan2(2.0 * xy, xx - yy);
     let along = [libm::cos(angle), libm::sin(angle)];
     let aside = [-along[1], along[0]];
     let frame = |at: [f64; 2]| (dot(off(at), along), dot(off(at), aside));
     let spread = (sum(&|at| frame(at).0 * frame(at).0) / whole).sqrt();
-    // A parabola `bend * (t^2 - spread^2)` beside the axis, as near to the places as can be.
+    // The parabola `bend * (t^2 - spread^2)` beside the axis, as near to the places as can be (least squares).
     let square = |at: [f64; 2]| frame(at).0 * frame(at).0 - spread * spread;
     let squares = sum(&|at| square(at) * square(at));
     let half = (MOST_SPREAD * spread).min(reach - length(middle));
@@ -272,8 +278,8 @@ fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<
 }
 
 impl Range {
-    /// Its name along it or somewhat beside it, the best place first, its letters as far apart as there is room; nowhere if it is
-    /// too short for them.
+    /// Returns the places of the name along the crest or somewhat beside it, the best first. The letters stand as far
+    /// apart as there is room. There are no places if the crest is too short for the name.
     pub fn write(&self, scale: Scale, labels: &LabelsStyle) -> Vec<Placed> {
         let style = labels.range;
         let typeface = labels.typeface(style.face);
@@ -283,7 +289,7 @@ impl Range {
         let size = size_px as f32;
         let usual = shape(&self.name, typeface, size, spacing as f32).width;
         let gaps = (self.name.chars().count() - 1).max(1) as f64 * size_px;
-        // A little less than the line is long, for what rounding takes.
+        // A little less than the length of the line, to allow for rounding.
         let width = (room - 0.5 * size_px).min(MOST_STRETCH * usual);
         if width < usual {
             return Vec::new();
@@ -306,7 +312,7 @@ mod tests {
     #[test]
     fn ranges_lie_apart_and_are_the_same_in_every_window() {
         let (_, mut preset) = Preset::load("alps").unwrap();
-        // What is looked for lies in the world of the seed alone.
+        // The expected ranges were found in the world of the bare seed; a country would make it another world.
         preset.country = None;
         let scale = Scale { metres_per_pixel: 1000.0, pixels_per_mm: 1.0 };
         let afar = Afar::new(&Arc::new(World::new(preset, Some(5)).unwrap()), scale);
@@ -337,7 +343,7 @@ mod tests {
         let arc: Vec<_> = arc.collect();
         let line = crest(&arc, [5.0, 7.0], 90.0).expect("there are places");
         assert!(line.windows(2).all(|pair| pair[1][0] > pair[0][0]));
-        // Beyond the places it goes on as a parabola does.
+        // Beyond the places, the crest goes on as a parabola and leaves the arc.
         let along_arc = |[x, _]: &&[f64; 2]| (x - 5.0).abs() < 65.0;
         assert!(line.iter().filter(along_arc).count() > 20);
         for [x, y] in line.iter().filter(along_arc) {

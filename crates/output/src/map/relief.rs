@@ -1,4 +1,4 @@
-//! The ground of a map: tints, what the ground is made of, light and shadow.
+//! The ground of a map: hypsometric tints, the cover of the ground, light and shadow.
 
 use crate::area::Area;
 use crate::grid::Grid;
@@ -14,13 +14,14 @@ use crate::simd::dispatch;
 use crate::tile::Material;
 use crate::world::World;
 
-/// Levels of detail that texture shading sums up, each twice as wide as the one before.
+/// Number of levels of detail that texture shading sums up, each twice as wide as the one before.
 pub(super) const LEVELS: usize = 4;
 
-/// Pixels around an area that its light is made of: what the widest level of detail looks at, and one for slopes.
+/// Pixels around an area that its light depends on: the reach of the widest level of detail, and one for slopes.
 const HALO: usize = 2 * ((1 << LEVELS) - 1) + 1;
 
-/// The scale at which slopes are as steep as the style says, and the power by which they are steepened at smaller ones.
+/// Scale denominator at which slopes have the exaggeration of the style, and the exponent by which smaller scales
+/// exaggerate slopes more.
 const TRUE_SCALE: f64 = 25_000.0;
 const STEEPENED: f64 = 0.22;
 
@@ -28,11 +29,11 @@ const STEEPENED: f64 = 0.22;
 #[derive(Debug)]
 pub(super) struct Relief {
     tints: Tints,
-    /// Colours of the materials, and how much of each is seen, by a weight of 1.
+    /// Colours of the materials, and the visible share of each per unit of weight (255 is all of the ground).
     covers: [([f32; 3], f32); 8],
     lamp: Lamp,
     has_stones: bool,
-    /// How much of the sky and of cast shadow is seen.
+    /// Strengths of sky shading and of cast shadow.
     sky: [f32; 2],
 }
 
@@ -43,22 +44,22 @@ pub(super) struct Ground {
     pub pixels: Grid<u32>,
     /// Heights of the area and of some pixels around it.
     pub heights: Grid<f32>,
-    /// How much snow there is, 0 to 1.
+    /// Share of snow, 0 to 1.
     pub snow: Grid<f32>,
-    /// How much rock and scree there is, 0 to 1, of the area and [`REACH`] around it, where signs ask for it.
+    /// Shares of rock and of scree, 0 to 1, in the area and [`REACH`] around it, if the map draws signs.
     pub stones: Option<[Grid<f32>; 2]>,
 }
 
-/// What light falls on, at the pixels of an area.
+/// The inputs of the light at the pixels of an area.
 pub(super) struct Lit<'a> {
-    /// Heights, and those of wide forms alone, of a pixel more on each side.
+    /// Heights, and smoothed heights (wide landforms alone), with one more pixel on each side.
     pub heights: &'a Grid<f32>,
     pub smooth: &'a Grid<f32>,
-    /// How much ridges stand out at all sizes alike.
+    /// Texture shading: how much ridges stand out, at all sizes alike.
     pub texture: Option<&'a Grid<f32>>,
-    /// How much lighter or darker it is for the sky that it sees and for cast shadow.
+    /// Change of tone by the visible sky and by cast shadow; positive is lighter.
     pub open: Option<&'a Grid<f32>>,
-    /// What [covers](Relief::covers_of) the ground.
+    /// Cover of the ground, from [`Relief::covers_of`].
     pub covers: &'a [Grid<f32>; 4],
 }
 
@@ -67,7 +68,7 @@ pub(super) fn channels(colour: Colour) -> [f32; 3] {
 }
 
 impl Relief {
-    /// The ground of a style in a world.
+    /// Prepares the ground of a world in a style and scale.
     pub fn new(style: &Style, world: &World, scale: Scale) -> Relief {
         let relief = &style.relief;
         let radians = relief.sun_deg.to_radians();
@@ -78,7 +79,8 @@ impl Relief {
         let (low_m, high_m) = tints.range_m();
         let lamp = Lamp {
             metres_per_pixel: scale.metres_per_pixel as f32,
-            // A height that no land has, where there is no sea: infinity less a height divided by a rise is no number.
+            // Without a sea, a level below all land. Not infinite: infinity less a height, divided by a rise, would be
+            // no number.
             sea_level_m: world.preset().sea_level_m.map_or(f32::MIN / 1e6, |level| level as f32),
             sun: [libm::sin(radians) as f32, -libm::cos(radians) as f32],
             soften: relief.soften as f32,
@@ -102,17 +104,18 @@ impl Relief {
         Relief { tints, covers, lamp, has_stones, sky }
     }
 
-    /// Metres of the lowest land of some pixels up to which the sea may come into them.
+    /// Height in metres up to which a soft shore may reach: where the lowest land of some pixels is lower, they may
+    /// show sea.
     fn shore_m(&self) -> f32 {
         self.lamp.sea_level_m + self.lamp.metres_per_pixel * 8.0
     }
 
-    /// What makes metres a slope as it is seen.
+    /// Factor from metres of height between neighbouring pixels to the exaggerated slope.
     fn per_m(&self) -> f32 {
         self.lamp.steepening / self.lamp.metres_per_pixel
     }
 
-    /// The same of what a level of detail has, as a share of what it is wide.
+    /// The same factor for one level of detail: heights relative to the level's width in metres.
     fn level_per_m(&self, level: usize) -> f32 {
         self.lamp.steepening / (self.lamp.metres_per_pixel * (2 << level) as f32)
     }
@@ -126,35 +129,35 @@ impl Relief {
         self.sky != [0.0; 2]
     }
 
-    /// Metres from the lowest to the highest land that the colours tell apart.
+    /// Height range in metres from the lowest to the highest land that the colours tell apart.
     pub fn range_m(&self) -> f64 {
         let (low_m, high_m) = self.tints.range_m();
         f64::from(high_m - low_m)
     }
 
-    /// How many times slopes are seen as steep as they are.
+    /// Factor by which slopes are exaggerated.
     pub fn steepening(&self) -> f64 {
         f64::from(self.lamp.steepening)
     }
 
-    /// East and south to where the light comes from.
+    /// Direction to the sun: east and south.
     pub fn sun(&self) -> [f64; 2] {
         self.lamp.sun.map(f64::from)
     }
 
-    /// The pixels whose heights the ground of an area is made of.
+    /// Returns the pixels whose heights the ground of an area depends on.
     pub fn wide(&self, area: Area) -> Area {
         area.padded(if self.looks_up() { HALO.max(sky::REACH) } else { HALO })
     }
 
-    /// The ground at the pixels of an area.
+    /// Returns the ground at the pixels of an area.
     pub fn ground(&self, terrain: &Terrain, area: Area) -> Ground {
         let wide = self.wide(area);
         let nodes = terrain.nodes(wide);
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
         let open = self.looks_up().then(|| sky::openness(&heights, area, self.per_m(), self.lamp.sun, self.sky));
-        // What is nowhere needs not be known between the nodes.
+        // A plane of zeros needs no interpolation between the nodes.
         let at_pixels = |plane: Grid<f32>| match plane.values().iter().all(|value| *value == 0.0) {
             true => Grid::filled(area, 0.0),
             false => terrain.at_pixels(&plane, area),
@@ -171,10 +174,10 @@ impl Relief {
         Ground { area, pixels, heights, snow, stones }
     }
 
-    /// The pixels of an area, given what is lit there.
+    /// Lights the pixels of an area.
     pub fn light(&self, lit: &Lit<'_>, area: Area) -> Grid<u32> {
         let mut pixels = Grid::filled(area, 0);
-        // Where a row ends there are fewer values than the lanes take at once.
+        // At the end of a row, fewer values are left than a chunk needs: they are copied into this room.
         let mut room = ([[0.0; WIDE]; 6], [[0.0; CHUNK]; 6]);
         for y in area.y0..area.y1 {
             for (x0, pixels) in (area.x0..).step_by(CHUNK).zip(pixels.row_mut(y, area.x0, area.x1).chunks_mut(CHUNK)) {
@@ -207,7 +210,8 @@ impl Relief {
         pixels
     }
 
-    /// Tints of heights as land and as sea, by channel. Looked up one by one: lanes cannot read from a table of this size.
+    /// Looks up the tints of heights as land and as sea, by channel. One by one, because lanes cannot read from a table
+    /// of this size.
     fn tints_of(&self, heights: &[f32]) -> [[[f32; CHUNK]; 3]; 2] {
         let mut tints = [[[0.0; CHUNK]; 3]; 2];
         let lowest_m = heights.iter().fold(f32::MAX, |low, height_m| low.min(*height_m));
@@ -217,7 +221,7 @@ impl Relief {
         for (index, height_m) in heights.iter().enumerate() {
             put(0, index, self.tints.land(*height_m));
         }
-        // A shore is soft, so land a little above the sea may have some of it.
+        // A shore is soft, so land a little above the sea may be mixed with the sea's tint.
         if lowest_m < self.shore_m() {
             for (index, height_m) in heights.iter().enumerate() {
                 put(1, index, self.tints.sea(self.lamp.sea_level_m - height_m));
@@ -226,7 +230,8 @@ impl Relief {
         tints
     }
 
-    /// Planes of what covers the ground, given weights of materials as [`Blend`](crate::tile::Blend) packs them: red, green and blue times the share that is seen, and that share.
+    /// Returns the planes of the ground's cover, given weights of materials as [`Blend`](crate::tile::Blend) packs
+    /// them: red, green and blue times the visible share, and that share.
     pub fn covers_of(&self, ground: &Grid<u32>, cover: &Grid<u32>) -> [Grid<f32>; 4] {
         let area = ground.area();
         let mut planes = [(); 4].map(|()| Grid::filled(area, 0.0));
@@ -251,8 +256,8 @@ impl Relief {
         planes
     }
 
-    /// Texture shading, and the heights of wide forms alone: the heights are smoothed level by level, and what each level
-    /// takes away counts by its steepness, so that forms of all sizes are seen alike.
+    /// Returns texture shading and the heights of wide landforms alone. Heights are smoothed level by level, and the
+    /// detail that each level removes counts by its steepness, so that landforms of all sizes are equally visible.
     ///
     /// An approximation of: L. Brown, "Texture shading: a new technique for depicting terrain relief" (2010).
     fn texture_of(&self, heights: &Grid<f32>, area: Area) -> (Grid<f32>, Grid<f32>) {
@@ -277,10 +282,10 @@ impl Relief {
     }
 }
 
-/// Nothing, at all pixels of a chunk.
+/// Zeros for a chunk of pixels, in place of a plane that is missing.
 const NONE: [f32; CHUNK] = [0.0; CHUNK];
 
-/// So many values where they are, or fewer with whatever is behind them in a room for all.
+/// Returns `values` as an array. If they are fewer, they are copied into `room`, and what was behind them there stays.
 fn whole<'a, const N: usize>(values: &'a [f32], room: &'a mut [f32; N]) -> &'a [f32; N] {
     if let Ok(values) = values.try_into() {
         return values;
@@ -289,14 +294,14 @@ fn whole<'a, const N: usize>(values: &'a [f32], room: &'a mut [f32; N]) -> &'a [
     room
 }
 
-/// Values that may be fewer than wanted, and zeros.
+/// Copies values, which may be fewer than wanted, into an array and fills it up with zeros.
 pub(super) fn filled<T: Copy + Default, const N: usize>(values: &[T]) -> [T; N] {
     let mut filled = [T::default(); N];
     filled[..values.len()].copy_from_slice(values);
     filled
 }
 
-/// How much of each node is of a material.
+/// Returns each node's share of a material, 0 to 1.
 fn share_of(nodes: &Nodes, material: Material) -> Grid<f32> {
     let number = Material::ALL.iter().position(|other| *other == material).expect("all are there");
     let words = if number < 4 { &nodes.ground } else { &nodes.cover };

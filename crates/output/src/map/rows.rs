@@ -1,13 +1,13 @@
-//! Sums of rows of numbers, on the lanes of simd.
+//! Weighted sums of rows of numbers, in SIMD lanes.
 
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::simd::{Kernel, Simd, dispatch};
 
-/// Sets each number of `out` to the sum of those of some rows, each by its weight, from the first to the last.
+/// Sets each number of `out` to the weighted sum of the numbers in its column, added from the first row to the last.
 pub(super) fn weigh<const N: usize>(rows: [&[f32]; N], weights: [f32; N], out: &mut [f32]) {
     let count = out.len();
-    // As many of each as there are sums: so the loop needs no check.
+    // All slices have the length of `out`, so the loop needs no bounds check.
     dispatch(Weigh { rows: rows.map(|row| &row[..count]), weights, out });
 }
 
@@ -47,10 +47,11 @@ impl<const N: usize> Kernel for Weigh<'_, N> {
     }
 }
 
-/// The weights of a cubic B-spline at its knots and between them.
+/// The two-scale mask of a cubic B-spline: 1, 4, 6, 4 and 1 sixteenths.
 const KNOTS: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
 
-/// A grid smoothed by a cubic B-spline whose knots are `2 * step` apart, within an area that keeps two steps off its edges.
+/// Smooths a grid by a cubic B-spline whose knots are `2 * step` apart, within an area that keeps `2 * step` off its
+/// edges.
 pub(super) fn smoothed(grid: &Grid<f32>, area: Area, step: i64) -> Grid<f32> {
     let tall = Area { y0: grid.area().y0, y1: grid.area().y1, ..area };
     let mut across = Grid::filled(tall, 0.0);

@@ -2,53 +2,54 @@
 
 use crate::area::{Area, Stride};
 
-/// Millimetres on paper of the least forms of land that are seen.
+/// Size in millimetres on paper of the smallest landforms that are visible.
 const SEEN_MM: f64 = 0.2;
 
-/// How many metres a pixel shows, and how many pixels a millimetre on paper is.
+/// The scale of a map: metres of the world per pixel, and pixels per millimetre on paper.
 ///
-/// Pixel (x, y) of a scale is the square of the world that begins so many pixels east and south of the origin: a place in
-/// the world is in the same pixel of every map of one scale.
+/// Pixels are counted east and south from the origin of the world, so a place in the world is in the same pixel of
+/// every map of one scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// Metres from a pixel to the next.
+    /// Metres per pixel.
     pub metres_per_pixel: f64,
-    /// Pixels on a millimetre of paper.
+    /// Pixels per millimetre on paper.
     pub pixels_per_mm: f64,
 }
 
 impl Scale {
-    /// The second number of 1:50,000.
+    /// Denominator of the scale: 50,000 for 1:50,000.
     pub fn denominator(&self) -> f64 {
         self.metres_per_pixel * self.pixels_per_mm * 1000.0
     }
 
-    /// So many millimetres on paper, in pixels.
+    /// Converts a length in millimetres on paper to pixels.
     pub fn pixels(&self, mm: f64) -> f64 {
         mm * self.pixels_per_mm
     }
 
-    /// The stride whose nodes lie about as far apart as pixels, or as what the eye sees on paper, given the metres between
-    /// vertices.
+    /// Returns the stride whose nodes lie about one pixel apart, or as far apart as the smallest visible landform on
+    /// paper if that is more. `spacing_m` is the distance in metres between vertices.
     pub fn stride(&self, spacing_m: f64) -> Stride {
-        // Nodes may lie up to a root of two further apart than pixels: then they are as close as they can be to one a pixel.
+        // Allow nodes √2 pixels apart: strides double, so this comes as close as possible to one node per pixel.
         let pixel_m = self.metres_per_pixel * std::f64::consts::SQRT_2;
         let most_m = pixel_m.max(SEEN_MM * self.denominator() / 1000.0);
         Stride::within(most_m, spacing_m)
     }
 
-    /// A place in metres east and north of the origin, in pixels east and south of it.
+    /// Converts a place in metres east and north of the origin to pixels east and south of the origin.
     pub fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
         [east / self.metres_per_pixel, -north / self.metres_per_pixel]
     }
 
-    /// The pixels of a rectangle of the world: metres east and north of the origin, west, south, east and north.
+    /// Returns the pixels of a rectangle of the world, given by its west, south, east and north in metres from the
+    /// origin.
     pub fn pixels_of(&self, [west, south, east, north]: [f64; 4]) -> Area {
         let at = |metres: f64| (metres / self.metres_per_pixel).round() as i64;
         Area { x0: at(west), y0: at(-north), x1: at(east), y1: at(-south) }
     }
 
-    /// The vertices or nodes, so many metres apart, that lie in an area of pixels or right beside it.
+    /// Returns the vertices or nodes, `node_m` metres apart, that lie in an area of pixels or right beside it.
     pub fn nodes_of(&self, pixels: Area, node_m: f64) -> Area {
         let first = |pixel: i64| (pixel as f64 * self.metres_per_pixel / node_m).floor() as i64;
         let last = |pixel: i64| (pixel as f64 * self.metres_per_pixel / node_m).ceil() as i64 + 1;

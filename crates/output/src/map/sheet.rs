@@ -1,4 +1,5 @@
-//! Sheets: a map on paper, with a frame, a grid, a scale bar, a legend and what it says of itself around it.
+//! Sheets: a map on paper, surrounded by map furniture such as a title, a frame, a grid, a scale bar, a legend and the
+//! recipe of the map.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -19,62 +20,62 @@ use crate::places::site::SiteClass;
 use crate::stop;
 use crate::watch::Watch;
 
-/// Millimetres of paper around the map, above it and below it.
+/// Widths in millimetres of the paper beside the map, above it and below it.
 const SIDE_MM: f64 = 14.0;
 const TOP_MM: f64 = 20.0;
 const BOTTOM_MM: f64 = 37.0;
 
-/// Millimetres from the map to the outer frame, between which the numbers of the grid stand.
+/// Distance in millimetres from the map to the outer frame. The numbers of the grid stand in between.
 const FRAME_MM: f64 = 5.0;
 
-/// Millimetres of paper between two lines of the grid, at least.
+/// Smallest distance in millimetres between two lines of the grid.
 const GRID_MM: f64 = 40.0;
 
-/// Millimetres that a scale bar is long at most.
+/// Largest length of a scale bar in millimetres.
 const BAR_MM: f64 = 60.0;
 
-/// Millimetres from a row of the legend to the next, and of a column of it: two stand below a map on paper of 100 mm, with some room
-/// for rounding to pixels.
+/// Height of a row of the legend and width of a column, in millimetres. Two columns fit below a map on paper of 100 mm,
+/// with some room for rounding to pixels.
 const ROW_MM: f64 = 4.6;
 const COLUMN_MM: f64 = 35.5;
 
-/// Rows of a legend, and lines of a recipe, that have room below every map.
+/// Numbers of rows of a legend, and of lines of a recipe, that fit below every map.
 const ROWS: usize = 4;
 const LINES: usize = 3;
 
-/// How large the letters of a title are.
+/// Font size of the title in millimetres.
 const TITLE_MM: f64 = 8.5;
 
-/// Millimetres from a line of the recipe to the next, and how large its letters are.
+/// Line spacing and font size of the recipe in millimetres.
 const LINE_MM: f64 = 3.0;
 const RECIPE_MM: f64 = 2.3;
 
-/// Millimetres at the eastern end of the foot that the arrow to the north takes, and from the foot to what stands below it and
-/// below the scale bar.
+/// Width in millimetres of the north arrow at the eastern end of the foot, and distance from the foot down to a legend
+/// that stands below the arrow and the scale bar.
 const NORTH_MM: f64 = 14.0;
 const BELOW_MM: f64 = 15.0;
 
-/// What stands around a map.
+/// Map furniture: the parts of a sheet around its map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Furniture {
-    /// The name of the map above it.
+    /// The name of the map, above it.
     Title,
-    /// The line around the map, and one around that.
+    /// The neatline around the map, and a second line around the neatline.
     Frame,
-    /// Lines of whole kilometres over the map, with their numbers in the frame.
+    /// Grid lines over the map at round numbers of kilometres, with these numbers in the frame.
     Grid,
-    /// How long kilometres are, and the scale.
+    /// The scale bar, and the scale as a ratio.
     Scale,
-    /// An arrow to the north.
+    /// The north arrow.
     North,
-    /// What colours and lines mean.
+    /// The legend, which explains colours and lines.
     Legend,
-    /// How to draw the map again.
+    /// The recipe, a text that says how to draw the map again.
     Recipe,
 }
 
 impl Furniture {
-    /// All, in the order of lists.
+    /// All furniture, in the order of lists.
     pub const ALL: [Furniture; 7] = [
         Furniture::Title,
         Furniture::Frame,
@@ -85,7 +86,7 @@ impl Furniture {
         Furniture::Recipe,
     ];
 
-    /// The name in options.
+    /// Returns the name in options.
     pub const fn name(self) -> &'static str {
         match self {
             Furniture::Title => "title",
@@ -99,29 +100,30 @@ impl Furniture {
     }
 }
 
-/// What is written around a map, and what of all furniture there is.
+/// Texts around a map, and the furniture that its sheet has.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Captions {
     /// The name of the map.
     pub title: String,
-    /// What stands behind it in small letters.
+    /// Subtitle in smaller letters, at the other end of the title's line.
     pub subtitle: String,
-    /// How to draw the map again.
+    /// Text that says how to draw the map again.
     pub recipe: String,
-    /// What there is.
+    /// Furniture that is drawn.
     pub furniture: BTreeSet<Furniture>,
     /// Cells with numbers over the map.
     pub overlay: Option<Overlay>,
-    /// What the sheets to the north, east, south and west are called.
+    /// Names of the sheets to the north, east, south and west, where there are any.
     pub neighbours: [Option<String>; 4],
 }
 
-/// Cells over a map, whose numbers tell columns from the west and rows from the north, two digits each.
+/// Numbered cells over a map. A number has two digits for the column, counted from the west, and two for the row,
+/// counted from the north.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlay {
-    /// Their form.
+    /// Form of the cells.
     pub form: Cells,
-    /// Metres from side to side.
+    /// Distance in metres between opposite sides of a cell.
     pub side_m: f64,
 }
 
@@ -130,14 +132,14 @@ pub struct Overlay {
 pub enum Cells {
     /// Squares.
     Squares,
-    /// Hexagons in columns, every second half a cell further south.
+    /// Hexagons in columns; every second column lies half a cell further south.
     Hexagons,
 }
 
-/// A map with what stands around it. Its pixels are counted as those of the map are, so they go on to its left and above it.
+/// A map with its furniture. Pixels are counted as on the map, so their coordinates go on to its left and above it.
 #[derive(Debug)]
 pub struct Sheet<'a> {
-    /// None of a sheet with nothing but text.
+    /// None if the sheet has nothing but text.
     picture: Option<&'a Picture>,
     style: &'a Style,
     scale: Scale,
@@ -145,10 +147,10 @@ pub struct Sheet<'a> {
     marks: Vec<Mark>,
 }
 
-/// Something on the paper.
+/// Something drawn on the paper.
 #[derive(Debug)]
 enum Mark {
-    /// What comes until the end stands together, such as all of a legend.
+    /// Begins a group: the marks up to the end belong together, such as all of a legend.
     Begin(&'static str),
     End,
     Fill(Shape, Colour),
@@ -159,8 +161,9 @@ enum Mark {
 }
 
 impl Sheet<'_> {
-    /// Pixels of paper around a map, on paper of so many pixels from west to east: west, north, east and south. There is room for all
-    /// that can stand there, and for more rows of a legend if `furniture` has one.
+    /// Returns the widths in pixels of the paper around a map: west, north, east and south. The whole paper is `paper`
+    /// pixels wide from west to east. There is room for all furniture, and for more rows of a legend if `furniture` has
+    /// one.
     pub(super) fn margins(scale: Scale, paper: i64, furniture: &BTreeSet<Furniture>) -> [i64; 4] {
         let map_mm = paper as f64 / scale.pixels(1.0) - 2.0 * SIDE_MM;
         let more_mm = match furniture.contains(&Furniture::Legend) {
@@ -170,12 +173,13 @@ impl Sheet<'_> {
         [SIDE_MM, TOP_MM, SIDE_MM, BOTTOM_MM + more_mm].map(|mm| scale.pixels(mm).ceil() as i64)
     }
 
-    /// The area of pixels that a map and what stands around it take at most: with a legend of all that there can be on a map.
+    /// Returns the largest area of pixels that a map and its furniture take: with a legend of everything that a map can
+    /// show.
     pub fn area(map: Area, drawn: (&Style, Scale), captions: &Captions) -> Area {
         Sheet::area_of(map, drawn, captions, LegendItem::KINDS)
     }
 
-    /// The area of pixels that a map and what stands around it take, with so many rows to explain.
+    /// Returns the area of pixels that a map and its furniture take, with `explained` rows in the legend.
     fn area_of(map: Area, (style, scale): (&Style, Scale), captions: &Captions, explained: usize) -> Area {
         let Captions { furniture, recipe, .. } = captions;
         let pixels = |mm: f64| scale.pixels(mm).ceil() as i64;
@@ -186,7 +190,7 @@ impl Sheet<'_> {
         let (mut east, mut foot_mm) = (side, BOTTOM_MM);
         if has(Furniture::Legend) {
             foot_mm += LegendPlace::below(map.width() as f64 / scale.pixels(1.0), explained).more_mm(explained);
-            // A column is wider than the smallest maps.
+            // A column of the legend is wider than the smallest maps.
             east = east.max(pixels(COLUMN_MM) - map.width() as i64);
         }
         if has(Furniture::Recipe) {
@@ -197,24 +201,25 @@ impl Sheet<'_> {
         Area { x0: map.x0 - side, y0: map.y0 - top, x1: map.x1 + east, y1: map.y1 + bottom }
     }
 
-    /// Whether there is paper on all sides of a map with such furniture, so that it ends at a frame.
+    /// True if a map with such furniture has paper on all sides, so that it ends at a frame.
     pub fn is_framed(furniture: &BTreeSet<Furniture>) -> bool {
         furniture.contains(&Furniture::Frame) || furniture.contains(&Furniture::Grid)
     }
 
-    /// The picture of a chart that is right for a sheet with such furniture.
+    /// Returns the picture of a chart for a sheet with such furniture: with a frame, if the map ends at one.
     pub fn picture(chart: &Arc<Chart>, map: Area, furniture: &BTreeSet<Furniture>) -> Picture {
         if Sheet::is_framed(furniture) { chart.framed_picture(map) } else { chart.picture(map) }
     }
 
-    /// A picture of a chart with what stands around it, on as much paper as that takes.
+    /// Creates the sheet of a picture and its furniture, on as much paper as they take.
     pub fn new<'a>(picture: &'a Picture, captions: &Captions) -> Sheet<'a> {
         let chart = picture.chart();
         let page = Sheet::area_of(picture.area(), (chart.style(), chart.scale()), captions, picture.legend().len());
         Sheet::on_page(picture, captions, page)
     }
 
-    /// The same on paper of which there is enough, such as the most that it [takes](Sheet::area).
+    /// Creates the sheet as [`Sheet::new`] does, on a given page that is large enough, such as the largest area that a
+    /// sheet [takes](Sheet::area).
     pub(crate) fn on_page<'a>(picture: &'a Picture, captions: &Captions, page: Area) -> Sheet<'a> {
         let chart = picture.chart();
         let (style, scale, map) = (chart.style(), chart.scale(), picture.area());
@@ -243,7 +248,7 @@ impl Sheet<'_> {
         Sheet { picture: Some(picture), style, scale, page, marks: printer.marks }
     }
 
-    /// Frames, each with a name in its middle, over the map.
+    /// Adds frames over the map, each with a name in its middle.
     pub(super) fn add_frames(&mut self, frames: &[(Area, String)]) {
         let (style, scale, page) = (self.style, self.scale, self.page);
         for (map, name) in frames {
@@ -256,7 +261,8 @@ impl Sheet<'_> {
         }
     }
 
-    /// A page of text: lines at places in millimetres from its corner, each with its size.
+    /// Creates a page of text. Each line has its text, face, size in millimetres, place in millimetres from the page's
+    /// corner, and the share of its width that lies to the left of that place.
     pub(super) fn of_text<'a>(
         style: &'a Style,
         scale: Scale,
@@ -271,19 +277,19 @@ impl Sheet<'_> {
         Sheet { picture: None, style, scale, page, marks: printer.marks }
     }
 
-    /// The letters on it that the fonts lack: a box stands for each.
+    /// Returns the letters on the sheet that the fonts lack. Each is drawn as a box.
     pub fn missing_letters(&self) -> BTreeSet<char> {
         let text = |mark: &'_ Mark| if let Mark::Text(text, _) = mark { text.missing().collect() } else { Vec::new() };
         let of_map = self.picture.iter().flat_map(|picture| picture.missing_letters());
         self.marks.iter().flat_map(text).chain(of_map).collect()
     }
 
-    /// The pixels that it covers.
+    /// Returns the area of pixels that the sheet covers.
     pub fn page(&self) -> Area {
         self.page
     }
 
-    /// Hands on the sheet in strips of whole rows, from north to south: RGB, row by row.
+    /// Hands the sheet to `write` in strips of whole rows, from north to south: RGB, row by row.
     ///
     /// # Errors
     /// When `write` fails.
@@ -292,7 +298,7 @@ impl Sheet<'_> {
         let mut y = self.page.y0;
         while y < self.page.y1 {
             stop::check();
-            // Blocks of the map are drawn once each, so strips end where they do.
+            // Strips end where the blocks of the map end, so that each block is drawn only once.
             let mut end = (y.div_euclid(Chart::STRIP as i64) + 1) * Chart::STRIP as i64;
             if let Some(map) = picture.map(Picture::area).filter(|map| y < map.y0) {
                 end = end.min(map.y0);
@@ -346,25 +352,25 @@ impl Mark {
     }
 }
 
-/// Kilometres from a line of the grid to the next.
+/// Returns the distance in kilometres from one line of the grid to the next: a round number.
 pub(super) fn grid_km(scale: Scale) -> f64 {
     let least_km = GRID_MM * scale.denominator() / 1e6;
     let power = libm::pow(10.0, libm::floor(libm::log10(least_km)));
     [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|step| *step >= least_km).unwrap_or(least_km)
 }
 
-/// The parts of a line within a rectangle: west, north, east and south.
+/// Returns the parts of a line within a rectangle: west, north, east and south.
 fn clipped(line: &[[f64; 2]], edges: [f64; 4]) -> Vec<Vec<[f64; 2]>> {
     line.windows(2).filter_map(|pair| frame::clipped([pair[0], pair[1]], edges)).map(|part| part.to_vec()).collect()
 }
 
-/// The length of 1, 2 or 5 times a power of ten that is at most so long.
+/// Returns the largest length that is at most `most` and 1, 2 or 5 times a power of ten.
 fn round_length(most: f64) -> f64 {
     let power = libm::pow(10.0, libm::floor(libm::log10(most)));
     [5.0, 2.0, 1.0].map(|step| step * power).into_iter().find(|step| *step <= most).unwrap_or(power)
 }
 
-/// A number with a thin space between thousands, as maps have it.
+/// Formats a number with thin spaces between thousands, as maps do.
 pub fn thousands(number: f64) -> String {
     let digits = format!("{number:.0}");
     let mut text = String::new();
@@ -377,7 +383,7 @@ pub fn thousands(number: f64) -> String {
     text
 }
 
-/// Puts marks on paper.
+/// Collects the marks of a sheet.
 struct Printer<'a> {
     style: &'a Style,
     scale: Scale,
@@ -391,7 +397,7 @@ impl Printer<'_> {
         self.scale.pixels(mm)
     }
 
-    /// West, north, east and south of the map.
+    /// Returns the edges of the map in pixels: west, north, east and south.
     fn edges(&self) -> [f64; 4] {
         [self.map.x0, self.map.y0, self.map.x1, self.map.y1].map(|at| at as f64)
     }
@@ -405,8 +411,8 @@ impl Printer<'_> {
         self.marks.push(Mark::Fill(Shape::rectangle(edges), colour));
     }
 
-    /// Writes a text whose baseline begins at a place, or ends there, or has its middle there: 0, 1 or a half. Returns how
-    /// long it is.
+    /// Writes a text whose baseline begins at a place (`share` 0), has its middle there (0.5) or ends there (1).
+    /// Returns the width of the text in pixels.
     fn write(&mut self, text: &str, face: Face, size_mm: f64, [x, y]: [f64; 2], share: f64) -> f64 {
         let shaped = shape(text, self.style.labels.typeface(face), self.mm(size_mm) as f32, 0.0);
         let placed = shaped.at([x - share * shaped.width, y], 0.0);
@@ -417,12 +423,12 @@ impl Printer<'_> {
     fn title(&mut self, title: &str, subtitle: &str) {
         let [west, north, east, _] = self.edges();
         let baseline = north - self.mm(FRAME_MM + 3.6);
-        // A title that is longer than the map is wide is smaller.
+        // Shrink a title that is wider than the map.
         let usual = shape(title, self.style.labels.typeface(Face::Semibold), self.mm(TITLE_MM) as f32, 0.0).width;
         let size_mm = if usual > east - west { TITLE_MM * (east - west) / usual } else { TITLE_MM };
         let long = self.write(title, Face::Semibold, size_mm, [west, baseline], 0.0);
         let rest = shape(subtitle, self.style.labels.typeface(Face::Italic), self.mm(4.0) as f32, 0.0).width;
-        // On a small sheet the recipe at its foot must do.
+        // Without room for the subtitle on a small sheet, the recipe at its foot must do.
         if long + self.mm(6.0) + rest <= east - west {
             self.write(subtitle, Face::Italic, 4.0, [east, baseline], 1.0);
         }
@@ -458,11 +464,11 @@ impl Printer<'_> {
         for number in lines(north, south) {
             let y = number as f64 * step;
             self.marks.push(Mark::Line(vec![[west, y], [east, y]], ink, thin, 0.28));
-            // North is up, and rows count to the south.
+            // The numbers grow to the north, while rows of pixels are counted to the south.
             let text = format!("{:.digits$}", 0.0 - number as f64 * km);
             for x in [west - 0.5 * gap, east + 0.5 * gap] {
                 let shaped = shape(&text, self.style.labels.typeface(Face::Regular), self.mm(2.6) as f32, 0.0);
-                // Read from the right, as the numbers at the sides of maps are.
+                // Turned to be read from the right, as the numbers at the sides of maps are.
                 let start = [x + 0.35 * shaped.cap_height, y + 0.5 * shaped.width];
                 let placed = shaped.at(start, -std::f64::consts::FRAC_PI_2);
                 if y > north + gap && y < south - gap {
@@ -472,12 +478,12 @@ impl Printer<'_> {
         }
     }
 
-    /// Cells over the map, from its north-western corner on, with their numbers at their tops.
+    /// Draws cells over the map, from its north-western corner on, with their numbers at their tops.
     fn overlay(&mut self, Overlay { form, side_m }: Overlay) {
         let [west, north, east, south] = self.edges();
         let side = side_m / self.scale.metres_per_pixel;
         let (ink, width, size_mm) = (self.style.ink, self.mm(0.15), 2.2);
-        // Hexagons lie closer from west to east than they are wide.
+        // Columns of hexagons interlock, so they lie closer together than a hexagon is wide.
         let (step, long) = match form {
             Cells::Squares => (side, side),
             Cells::Hexagons => (side * 3.0_f64.sqrt() / 2.0, side / 3.0_f64.sqrt()),
@@ -510,7 +516,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The names of the sheets beside this one, in the frame or right beside the map.
+    /// Writes the names of the neighbouring sheets, in the frame or right beside the map.
     fn neighbours(&mut self, names: &[Option<String>; 4]) {
         let [west, north, east, south] = self.edges();
         let (x, y) = (f64::midpoint(west, east), f64::midpoint(north, south));
@@ -524,7 +530,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The baseline of the first line below the map.
+    /// Returns the y of the baseline of the first line below the map.
     fn foot(&self) -> f64 {
         self.edges()[3] + self.mm(FRAME_MM + 6.0)
     }
@@ -568,7 +574,7 @@ impl Printer<'_> {
         self.write("N", Face::Semibold, 4.2, [x, top + height + self.mm(4.4)], 0.5);
     }
 
-    /// What is seen on the map, row by row in columns.
+    /// Draws the legend of what is seen on the map, each column from the top to the bottom.
     fn legend(&mut self, shown: &[LegendItem], interval_m: f64) {
         let place = LegendPlace::below(self.map.width() as f64 / self.mm(1.0), shown.len());
         let (from, top) = (self.edges()[0] + self.mm(place.from_mm), self.foot() + self.mm(place.top_mm - 1.0));
@@ -601,7 +607,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The recipe, the last line of it at the foot of the page.
+    /// Writes the recipe, with its last line at the foot of the page.
     fn recipe(&mut self, recipe: &str) {
         let west = self.edges()[0];
         for (number, line) in recipe_lines(recipe, self.map, (self.style, self.scale)).iter().rev().enumerate() {
@@ -611,7 +617,7 @@ impl Printer<'_> {
     }
 }
 
-/// A recipe in as many lines as a map is wide for.
+/// Breaks a recipe into lines that are at most as wide as the map.
 fn recipe_lines(recipe: &str, map: Area, (style, scale): (&Style, Scale)) -> Vec<String> {
     let typeface = style.labels.typeface(Face::Regular);
     let mut lines = vec![String::new()];
@@ -628,18 +634,19 @@ fn recipe_lines(recipe: &str, map: Area, (style, scale): (&Style, Scale)) -> Vec
     lines
 }
 
-/// Where the rows of a legend stand below a map.
+/// Place of the rows of a legend below a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LegendPlace {
-    /// Millimetres from the western edge of the map, and from the foot down to the first row.
+    /// Distances in millimetres from the western edge of the map to the legend, and from the foot down to its first
+    /// row.
     from_mm: f64,
     top_mm: f64,
     columns: usize,
 }
 
 impl LegendPlace {
-    /// Below a map of so many millimetres from west to east: between the scale bar and the arrow, or below both where that takes less
-    /// paper.
+    /// Chooses the place below a map `map_mm` wide: between the scale bar and the north arrow, or below both where that
+    /// takes less paper.
     fn below(map_mm: f64, explained: usize) -> LegendPlace {
         let from_mm = (BAR_MM + 14.0).min(map_mm * 0.36);
         let beside = LegendPlace { from_mm, top_mm: 0.0, columns: columns(map_mm - NORTH_MM - from_mm) };
@@ -647,24 +654,24 @@ impl LegendPlace {
         if beside.columns > 0 && beside.more_mm(explained) <= below.more_mm(explained) { beside } else { below }
     }
 
-    /// Rows of a legend that explains so much.
+    /// Returns the number of rows of a legend of `explained` items.
     fn rows(self, explained: usize) -> usize {
         let least = if self.top_mm > 0.0 { 1 } else { ROWS };
         explained.div_ceil(self.columns).max(least)
     }
 
-    /// Millimetres that it takes more than there are below every map.
+    /// Returns the height in millimetres by which the legend needs more paper than there is below every map.
     fn more_mm(self, explained: usize) -> f64 {
         (self.top_mm + ROW_MM * (self.rows(explained) as f64 - ROWS as f64)).max(0.0)
     }
 }
 
-/// Columns of a legend that so many millimetres have room for.
+/// Returns the number of columns of a legend that fit into `room_mm` millimetres.
 fn columns(room_mm: f64) -> usize {
     (room_mm / COLUMN_MM).floor().max(0.0) as usize
 }
 
-/// Something that a legend explains.
+/// A kind of thing that a legend explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LegendItem {
     Road(RoadClass),
@@ -676,7 +683,7 @@ pub(super) enum LegendItem {
 }
 
 impl LegendItem {
-    /// How many there are at most: three classes of settlements and of roads, and the others.
+    /// Largest number of items in a legend: three classes of settlements, three of roads, and the others.
     const KINDS: usize = 10;
 
     fn about(self, interval_m: f64) -> String {
@@ -728,7 +735,7 @@ mod tests {
         let scale = drawn.1;
         let furniture = BTreeSet::from([Furniture::Legend, Furniture::Recipe]);
         let captions = Captions { recipe: "terrane map alps --width 90 ".repeat(6), furniture, ..Captions::default() };
-        // Narrower than a column, as wide as some, and as wide as all that stands below a map.
+        // Narrower than a column, as wide as a few columns, and as wide as everything below a map.
         for map_mm in [1, 20, 40, 70, 100, 130, 200, 300, 400] {
             let map = Area::new(-70, 30, 4 * map_mm, 200);
             for explained in 1..=LegendItem::KINDS {
@@ -742,7 +749,7 @@ mod tests {
                 let last_mm = FRAME_MM + 6.0 + place.top_mm + (rows - 1) as f64 * ROW_MM;
                 let recipe = recipe_lines(&captions.recipe, map, drawn).len();
                 let first_mm = (page.y1 - map.y1) as f64 / scale.pixels(1.0) - 3.0 - LINE_MM * (recipe - 1) as f64;
-                // As high as letters of the recipe are.
+                // The last row is about as high as the letters of the recipe.
                 assert!(last_mm + RECIPE_MM < first_mm, "{map_mm} mm: the recipe lies over the last of {rows} rows");
             }
         }

@@ -1,6 +1,6 @@
 //! Signs on the ground: strokes down rock and slopes, and the stones of scree.
 //!
-//! Signs stand on a grid of the scale, each moved a little by chance, so that whether one is there depends on its place alone.
+//! Signs stand on a jittered grid of the scale. Whether there is a sign depends on its place alone.
 
 use crate::area::Area;
 use crate::geometry::{dot, length};
@@ -10,36 +10,37 @@ use crate::map::plotter::Pen;
 use crate::map::scale::Scale;
 use crate::map::style::SignsStyle;
 
-/// Pixels of the ground around a block that signs are looked for in, as long as they are at most from their middles.
+/// Pixels of ground around a block in which signs are looked for: no sign reaches further from its middle.
 pub(super) const REACH: usize = 12;
 
-/// Millimetres between signs, and how long they are on the steepest slopes.
+/// Spacing of signs and length of strokes on the steepest slopes, in millimetres.
 const ROCK_MM: [f64; 2] = [0.9, 1.5];
 const SCREE_MM: f64 = 0.55;
 const HACHURE_MM: [f64; 2] = [0.75, 1.2];
 
-/// Metres that rock with strokes rises a metre ahead at least, and hachures in the lowest and the highest land.
+/// Least slope (rise over run) of rock with strokes; and the slopes from which on hachures appear and at which they are
+/// full.
 const ROCK_SLOPE: f64 = 0.45;
 const HACHURE_SLOPE: [f64; 2] = [0.1, 0.6];
 
-/// Steps of the widths of strokes.
+/// Number of widths of strokes.
 const WIDTHS: usize = 4;
 
-/// What signs are drawn by.
+/// The ground that decides where signs stand.
 pub(super) struct Slopes<'a> {
-    /// Heights of the area and of some pixels around it, and the metres from one to the next.
+    /// Heights of the area and of some pixels around it, and the distance in metres between two of them.
     pub heights: &'a Grid<f32>,
     pub metres_per_pixel: f64,
-    /// How many times slopes are seen as steep as they are, by the scale.
+    /// Factor by which slopes are exaggerated at the scale.
     pub steepening: f64,
-    /// How much rock and scree there is, 0 to 1, of the area and [`REACH`] around it.
+    /// Shares of rock and of scree, 0 to 1, in the area and [`REACH`] around it.
     pub rock: &'a Grid<f32>,
     pub scree: &'a Grid<f32>,
-    /// Nothing stands below it.
+    /// Height of the sea in metres: no signs stand below it.
     pub sea_level_m: f32,
 }
 
-/// The signs of an area, as lines by their pens.
+/// Returns the signs of an area: lines, grouped by pen.
 pub(super) fn signs(
     style: &SignsStyle,
     scale: Scale,
@@ -51,7 +52,7 @@ pub(super) fn signs(
     let mut stones = Vec::new();
     let seen = area.padded(REACH);
     let at = |[x, y]: [f64; 2]| (x.floor() as i64, y.floor() as i64);
-    // East and south that the ground falls to, metres a metre, and how much it is turned away from the sun, 0 to 1.
+    // Returns the downhill gradient, east and south, and how far the slope is turned away from the sun, 0 to 1.
     let fall = |place: [f64; 2]| {
         let (x, y) = at(place);
         let height = |x, y| f64::from(slopes.heights.at(x, y));
@@ -94,7 +95,7 @@ pub(super) fn signs(
         each_place(slopes, seen, scale.pixels(SCREE_MM), 3, |place, chance| {
             let (x, y) = at(place);
             if chance < f64::from(slopes.scree.at(x, y)) * style.scree {
-                // As short as a line can be: its round ends are a dot.
+                // The shortest possible line: its round ends make a dot.
                 stones.push(vec![place, [place[0] + 0.02, place[1]]]);
             }
         });
@@ -109,7 +110,7 @@ pub(super) fn signs(
     widths.chain([(pen(1.2 * style.width_mm), stones)]).filter(|(_, lines)| !lines.is_empty()).collect()
 }
 
-/// Calls with the places of a grid that lie on the land of an area, each moved by chance, and a chance from 0 to 1 of its own.
+/// Calls with each point of a jittered grid that is on land within an area, and with a random number from 0 to 1.
 fn each_place(slopes: &Slopes, area: Area, step: f64, kind: u64, mut call: impl FnMut([f64; 2], f64)) {
     let span = |from: i64, to: i64| (from as f64 / step).floor() as i64 - 1..=(to as f64 / step).ceil() as i64;
     for j in span(area.y0, area.y1) {

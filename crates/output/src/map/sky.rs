@@ -1,37 +1,40 @@
-//! How much of the sky the ground sees, and what lies in cast shadow: at a tenth of the pixels, since both are wide and soft.
+//! Sky shading and cast shadow: the share of the sky that the ground sees, and the ground that lies in shadow. Both are
+//! wide and soft, so they are computed at every eighth pixel only.
 
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// Pixels from a node to the next at which the sky is looked at, counted from the origin of the scale, and how many nodes far.
+/// Pixels between the nodes at which the sky is computed, counted from the origin of the scale; and how many nodes away
+/// the horizon is looked for.
 const STEP: i64 = 8;
 const FAR: i64 = 4;
 
-/// Pixels that a node's height is the mean of, to each side.
+/// Pixels to each side of a node over which its height is averaged.
 const NEAR: i64 = 2;
 
-/// Pixels around an area whose heights are looked at.
+/// Pixels around an area whose heights its sky depends on.
 pub(super) const REACH: usize = (STEP * (FAR + 1) + NEAR + 2) as usize;
 
-/// The share of the sky that land of usual relief sees: what is darker there is lighter elsewhere.
+/// Share of the sky that land of usual relief sees. Land that sees less is drawn darker, land that sees more lighter.
 const USUAL: f32 = 0.9;
 
-/// Metres that the way to the sun rises a metre ahead where shadows are cast, and what it rises more by from the edge of a
-/// shadow to its middle.
+/// Slope (rise over run) of the horizon towards the sun from which on land lies in shadow; and how much steeper the
+/// horizon is in full shadow.
 const SUN_RISE: f32 = 0.5;
 const SOFT: f32 = 0.35;
 
-/// Eight ways, east and south.
+/// The eight directions, east and south.
 const WAYS: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
-/// The nodes that are looked at for an area, those at its edges as far as is looked from there.
+/// Returns the nodes that the sky over an area depends on: those around the area, and [`FAR`] more on each side.
 fn nodes(area: Area) -> Area {
     let span = |from: i64, to: i64| (from.div_euclid(STEP), (to - 1).div_euclid(STEP) + 2);
     let ((x0, x1), (y0, y1)) = (span(area.x0, area.x1), span(area.y0, area.y1));
     Area { x0: x0 - FAR, y0: y0 - FAR, x1: x1 + FAR, y1: y1 + FAR }
 }
 
-/// How much each way counts for that to the sun, by how near it is: the two beside it; and what these are divided by.
+/// Returns the weights of the eight directions as directions to the sun, by nearness, and their sum. Only directions
+/// within 45 degrees of the sun count.
 fn way_shares(sun: [f32; 2]) -> ([f32; 8], f32) {
     let shares = WAYS.map(|[dx, dy]| {
         let long = ((dx * dx + dy * dy) as f32).sqrt();
@@ -41,8 +44,9 @@ fn way_shares(sun: [f32; 2]) -> ([f32; 8], f32) {
     (shares, shares.iter().sum::<f32>().max(1e-6))
 }
 
-/// What an area is lighter by for the sky that it sees, and darker by for cast shadow: given heights of it and [`REACH`]
-/// around it, what makes metres a slope as it is seen, the way to the sun, and how much of both is seen.
+/// Returns the change of tone over an area: lighter by the visible sky, darker by cast shadow. Needs heights of the
+/// area and [`REACH`] around it, the factor from metres to exaggerated slopes, the direction to the sun, and the
+/// strengths of both.
 pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2], [sky, cast]: [f32; 2]) -> Grid<f32> {
     let wide = nodes(area);
     let mut coarse = Grid::filled(wide, 0.0f32);
@@ -55,7 +59,7 @@ pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2
     let mut seen = Grid::filled(nodes, 0.0f32);
     let (shares, all) = way_shares(sun);
     for (x, y) in nodes.vertices() {
-        // The steepest way up to what is seen there, as seen from here.
+        // The steepest rise to a node in each direction: the horizon.
         let rises = WAYS.map(|[dx, dy]| {
             let long = if dx != 0 && dy != 0 { std::f32::consts::SQRT_2 } else { 1.0 };
             (1..=FAR)
@@ -80,7 +84,7 @@ pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2
         for ((value, north), south) in between.iter_mut().zip(north).zip(south) {
             *value = north + (south - north) * down;
         }
-        // From node to node, the first and the last of which may lie outside.
+        // Interpolate from node to node; the first and the last node may lie outside the area.
         let mut out = shade.row_mut(y, area.x0, area.x1);
         let mut skipped = area.x0.rem_euclid(STEP) as usize;
         for pair in between.windows(2) {
@@ -105,7 +109,7 @@ mod tests {
         let mut heights = Grid::filled(area.padded(REACH), 0.0);
         let all = heights.area();
         for (x, y) in all.vertices() {
-            // Ridges from north to south, 80 pixels apart, their sides as steep as 45 degrees.
+            // North-south ridges, 80 pixels apart, with sides of 45 degrees.
             heights.row_mut(y, x, x + 1)[0] = 400.0 - 10.0 * ((x + 40).rem_euclid(80) - 40).abs() as f32;
         }
         let west = [-1.0, 0.0];
@@ -115,7 +119,7 @@ mod tests {
         let cast = openness(&heights, area, 0.1, west, [0.0, 1.0]);
         let (lit, shaded) = (cast.at(70, 0), cast.at(10, 0));
         assert!(lit == 0.0 && shaded < -0.5, "{lit} {shaded}");
-        // A part knows what the whole knows there.
+        // A part of an area gets the same values as the whole area there.
         let part = Area::new(3, 5, 30, 20);
         let own = openness(&heights, part, 0.1, west, [1.0, 1.0]);
         let whole = openness(&heights, area, 0.1, west, [1.0, 1.0]);

@@ -1,4 +1,4 @@
-//! Styles: what an author says about how a map is drawn. Never part of a world.
+//! Styles: an author's settings for how a map is drawn. They are never part of a world.
 
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
@@ -24,7 +24,7 @@ pub const STYLES: &[(&str, &str)] = &[
     ("plain", include_str!(concat!(env!("TERRANE_STYLES"), "/plain.toml"))),
 ];
 
-/// How a map is drawn: the content of a style file. Lengths are millimetres on paper, colours `"#rrggbb"`.
+/// Appearance of a map: the content of a style file. Lengths are millimetres on paper, colours `"#rrggbb"`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Style {
@@ -36,7 +36,7 @@ pub struct Style {
     pub tint: TintStyle,
     /// Light and shadow.
     pub relief: ReliefStyle,
-    /// What the ground is made of, seen through the tint.
+    /// Materials of the ground, seen through the tint.
     pub cover: CoverStyle,
     /// Strokes on rock and slopes, and the stones of scree.
     pub signs: SignsStyle,
@@ -68,19 +68,19 @@ pub struct TintStyle {
     /// The sea, from the shore to the deepest.
     #[schemars(length(min = 2, max = 32))]
     pub sea: Vec<Stop>,
-    /// Steps that the colours of the sea go in, 0 to 20; 0 is smooth.
+    /// Number of steps in which the colours of the sea change, 0 to 20; 0 is smooth.
     #[schemars(range(min = 0, max = 20))]
     pub depth_steps: u32,
 }
 
-/// A colour at a share of a scale.
+/// A colour at a place on a scale of colours.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stop {
-    /// The share of the scale, 0 to 1.
+    /// Place on the scale as a share of its length, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub at: f64,
-    /// The colour there.
+    /// The colour at this place.
     pub colour: Colour,
 }
 
@@ -88,51 +88,51 @@ pub struct Stop {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReliefStyle {
-    /// Where the main light comes from, in degrees clockwise from north, 0 to 360.
+    /// Direction from which the main light comes, in degrees clockwise from north, 0 to 360.
     #[schemars(range(min = 0, max = 360))]
     pub sun_deg: f64,
-    /// Degrees by which the light turns towards what ridges show best, 0 to 60.
+    /// Largest angle in degrees by which the light turns from place to place so that ridges show best, 0 to 60.
     #[schemars(range(min = 0, max = 60))]
     pub turn_deg: f64,
-    /// How much of the light comes from 60 degrees to both sides, 0 to 1.
+    /// Share of the light that comes from 60 degrees to both sides, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub soften: f64,
-    /// How many times the slopes are steepened at 1:25,000, 0.1 to 20; more at smaller scales, where slopes are gentler.
+    /// Factor by which slopes are steepened at 1:25,000, 0.1 to 20; more at smaller scales, where slopes are gentler.
     #[schemars(range(min = 0.1, max = 20))]
     pub exaggeration: f64,
-    /// How much of light and shadow is seen, 0 to 2.
+    /// Strength of light and shadow, 0 to 2.
     #[schemars(range(min = 0, max = 2))]
     pub strength: f64,
-    /// What a colour is multiplied by in full shadow: the darker, the deeper.
+    /// Colour by which the colour of the ground is multiplied in full shadow: the darker, the deeper the shadow.
     pub shadow: Colour,
-    /// What a colour is mixed with in full light.
+    /// Colour that is mixed into the colour of the ground in full light.
     pub light: Colour,
-    /// How much of that is mixed in, 0 to 1.
+    /// Share of `light` that is mixed in, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub highlight: f64,
-    /// How much ridges are lightened and hollows darkened at all sizes alike, 0 to 2.
+    /// Strength of texture shading, which lightens ridges and darkens hollows of all sizes alike, 0 to 2.
     #[schemars(range(min = 0, max = 2))]
     pub texture: f64,
-    /// How much darker hollows are, which see little of the sky, 0 to 2.
+    /// Strength of the darkening of hollows, which see little of the sky, 0 to 2.
     #[schemars(range(min = 0, max = 2))]
     pub sky: f64,
-    /// How much of the shadows that heights cast in low light is seen, 0 to 2.
+    /// Strength of the shadows that heights cast in low light, 0 to 2.
     #[schemars(range(min = 0, max = 2))]
     pub cast: f64,
-    /// How much weaker light and shadow are in the lowlands than on the heights, 0 to 1.
+    /// Share by which light and shadow are weaker in the lowlands than on the heights, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub aerial: f64,
     /// The colour of the air over lowlands.
     pub haze: Colour,
-    /// How much of it is seen over the lowest land, 0 to 1.
+    /// Share of `haze` in the colour of the lowest land, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub haze_share: f64,
-    /// How much of the light and shadow of the sea floor is seen, 0 to 1.
+    /// Strength of light and shadow on the sea floor, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub under_water: f64,
 }
 
-/// What the ground is made of, seen through the tint: colours and how much of each is seen, 0 to 1.
+/// Materials of the ground, seen through the tint: the colour of each and the share of it that is seen, 0 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CoverStyle {
@@ -154,13 +154,13 @@ pub struct CoverStyle {
     pub wetland: Cover,
 }
 
-/// How a material is seen.
+/// Appearance of a material of the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cover {
-    /// Its colour.
+    /// Colour of the material.
     pub colour: Colour,
-    /// How much of it is seen, 0 to 1.
+    /// Share of the colour that is seen where the ground is of this material, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub share: f64,
 }
@@ -169,24 +169,25 @@ pub struct Cover {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SignsStyle {
-    /// Their colour.
+    /// Colour of strokes and stones.
     pub colour: Colour,
-    /// Their opacity, 0 to 1.
+    /// Opacity of strokes and stones, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub opacity: f64,
     /// Width of the widest strokes, 0 to 2 mm.
     #[schemars(range(min = 0, max = 2))]
     pub width_mm: f64,
-    /// How much of steep rock has strokes down the slope, 0 to 1.
+    /// Share of steep rock that has strokes down the slope, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub rock: f64,
-    /// How much of scree has stones, 0 to 1.
+    /// Share of scree that has stones, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub scree: f64,
-    /// How much of all slopes has strokes, as maps had before contours, 0 to 1.
+    /// Share of all slopes that have strokes (hachures), as on maps from the time without contours, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub hachures: f64,
-    /// The scale from which on strokes on rock and stones are left out, as the second number of 1:25,000; 1 to 1,000,000,000.
+    /// Smallest scale at which strokes on rock and stones are drawn, as the second number of 1:25,000;
+    /// 1 to 1,000,000,000.
     #[schemars(range(min = 1, max = 1_000_000_000))]
     pub most: f64,
 }
@@ -195,25 +196,26 @@ pub struct SignsStyle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContourStyle {
-    /// Whether there are any.
+    /// True if contours are drawn.
     pub draw: bool,
-    /// Their colour on land.
+    /// Colour of contours on land.
     pub colour: Colour,
-    /// Their colour on snow and ice.
+    /// Colour of contours on snow and ice.
     pub on_snow: Colour,
-    /// Widths of the lines between, and of each fifth, 0 to 5 mm.
+    /// Width of the lines between index contours, 0 to 5 mm.
     #[schemars(range(min = 0, max = 5))]
     pub width_mm: f64,
-    /// Width of each fifth line, 0 to 5 mm.
+    /// Width of index contours, which are each fifth line, 0 to 5 mm.
     #[schemars(range(min = 0, max = 5))]
     pub index_width_mm: f64,
-    /// Opacity, 0 to 1.
+    /// Opacity of contours, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub opacity: f64,
-    /// Millimetres between the lines on a slope of 45 degrees, 0.05 to 5: what the interval is chosen by.
+    /// Millimetres between contours on the steeper slopes of the world, which count as 45 degrees at most, 0.05 to 5:
+    /// the interval is chosen by this distance.
     #[schemars(range(min = 0.05, max = 5))]
     pub spacing_mm: f64,
-    /// Metres from a line to the next, 0.1 to 10,000. Default: chosen by scale and relief.
+    /// Interval of contours: metres from a line to the next, 0.1 to 10,000. Default: chosen by scale and relief.
     #[schemars(range(min = 0.1, max = 10000))]
     pub interval_m: Option<f64>,
 }
@@ -222,22 +224,23 @@ pub struct ContourStyle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaterStyle {
-    /// Whether rivers, lakes and coasts are drawn.
+    /// True if rivers, lakes and coasts are drawn.
     pub draw: bool,
-    /// Rivers and the lines of shores and coasts.
+    /// Colour of rivers and of the lines of shores and coasts.
     pub line: Colour,
-    /// Lakes, and rivers between their banks where these are apart.
+    /// Colour of lakes, and of rivers between their banks where there is room between the banks.
     pub fill: Colour,
-    /// Width of the least and of the largest river, 0 to 10 mm.
+    /// Widths of the smallest and of the largest river, 0 to 10 mm.
     #[schemars(length(min = 2, max = 2), inner(range(min = 0, max = 10)))]
     pub river_mm: [f64; 2],
     /// Width of the lines of shores and coasts, 0 to 5 mm.
     #[schemars(range(min = 0, max = 5))]
     pub shore_mm: f64,
-    /// Width of lines of equal depth in the sea, as far apart as contours, 0 to 5 mm; 0 for none.
+    /// Width of depth contours in the sea, which have the interval of contours on land, 0 to 5 mm; 0 for none.
     #[schemars(range(min = 0, max = 5))]
     pub depth_mm: f64,
-    /// Square kilometres that drain to the least river, at a scale of 1:100,000, 0.01 to 10,000; by the area of the paper at others.
+    /// Square kilometres that drain to the smallest river that is drawn, at a scale of 1:100,000, 0.01 to 10,000. At
+    /// other scales they cover the same area on paper.
     #[schemars(range(min = 0.01, max = 10000))]
     pub least_km2: f64,
 }
@@ -246,11 +249,11 @@ pub struct WaterStyle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoadsStyle {
-    /// Whether they are drawn.
+    /// True if roads are drawn.
     pub draw: bool,
-    /// Their edges.
+    /// Colour of the edges (casings) of roads.
     pub casing: Colour,
-    /// Highways, roads and tracks, from the best.
+    /// Styles of highways, roads and tracks, in this order.
     #[schemars(length(min = 3, max = 3))]
     pub classes: [RoadStyle; 3],
 }
@@ -259,15 +262,15 @@ pub struct RoadsStyle {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoadStyle {
-    /// Its colour.
+    /// Colour of the road between its edges.
     pub colour: Colour,
-    /// Its width without edges, 0 to 10 mm.
+    /// Width of the road without edges, 0 to 10 mm.
     #[schemars(range(min = 0, max = 10))]
     pub width_mm: f64,
     /// The width of each edge, 0 to 5 mm.
     #[schemars(range(min = 0, max = 5))]
     pub casing_mm: f64,
-    /// The scale from which on it is left out, as the second number of 1:25,000; 1 to 1,000,000,000.
+    /// Smallest scale at which the class is drawn, as the second number of 1:25,000; 1 to 1,000,000,000.
     #[schemars(range(min = 1, max = 1_000_000_000))]
     pub most: f64,
 }
@@ -276,15 +279,15 @@ pub struct RoadStyle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlacesStyle {
-    /// Whether they are drawn.
+    /// True if settlements are drawn.
     pub draw: bool,
-    /// Their symbols.
+    /// Colour of symbols.
     pub colour: Colour,
-    /// What their symbols are filled with.
+    /// Colour inside the symbols of settlements.
     pub fill: Colour,
-    /// Houses.
+    /// Colour of houses.
     pub houses: Colour,
-    /// The scale from which on there are no houses, as the second number of 1:25,000; 1 to 1,000,000.
+    /// Smallest scale at which houses are drawn, as the second number of 1:25,000; 1 to 1,000,000.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub houses_most: f64,
 }
@@ -293,62 +296,62 @@ pub struct PlacesStyle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LabelsStyle {
-    /// Whether there are any.
+    /// True if names and heights are written.
     pub draw: bool,
-    /// The file of a TrueType or OpenType font in which all text is set, that of the sheet too, whatever its face: named from the
-    /// style's folder, or by `--style-set` from where the command runs. Letters that it lacks, and all text where there is no file,
-    /// are set in Libertinus Serif.
+    /// File of a TrueType or OpenType font for all text, also that of the sheet, whatever its face. The file is named
+    /// from the style's folder, or with `--style-set` from where the command runs. Letters that the font lacks, and all
+    /// text where there is no file, are set in Libertinus Serif.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub font: Option<String>,
     /// The font of that file, once it has been read.
     #[serde(skip)]
     pub own_font: Option<Font>,
-    /// What is around each letter.
+    /// Colour of the halo around each letter.
     pub halo: Colour,
-    /// How wide it is, 0 to 3 mm.
+    /// Width of the halo, 0 to 3 mm.
     #[schemars(range(min = 0, max = 3))]
     pub halo_mm: f64,
-    /// Towns, villages and hamlets.
+    /// Names of towns, villages and hamlets, in this order.
     #[schemars(length(min = 3, max = 3))]
     pub places: [LabelStyle; 3],
-    /// Peaks, and their heights.
+    /// Names and heights of peaks.
     pub peak: LabelStyle,
-    /// Rivers.
+    /// Names of rivers.
     pub river: LabelStyle,
-    /// Lakes.
+    /// Names of lakes.
     pub lake: LabelStyle,
-    /// Mountain ranges, whose letters stand further apart where there is room.
+    /// Names of mountain ranges, whose letters stand further apart where there is room.
     pub range: LabelStyle,
-    /// Valleys.
+    /// Names of valleys.
     pub valley: LabelStyle,
-    /// Heights of each fifth contour, in gaps of its line.
+    /// Heights of index contours, which are each fifth line, in gaps of the line.
     pub contour: LabelStyle,
 }
 
 impl LabelsStyle {
-    /// What text of a face is set in.
+    /// Returns the typeface for text of a face: the face, with the style's own font in front if there is one.
     pub fn typeface(&self, face: Face) -> Typeface {
         Typeface { face, own: self.own_font }
     }
 }
 
-/// How names of one kind are written.
+/// Lettering of the names of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LabelStyle {
-    /// Their colour.
+    /// Colour of the letters.
     pub colour: Colour,
-    /// The cut of their letters.
+    /// Face of the letters.
     pub face: Face,
-    /// The height of a line, 0.1 to 50 mm.
+    /// Font size, which is the height of a line, 0.1 to 50 mm.
     #[schemars(range(min = 0.1, max = 50))]
     pub size_mm: f64,
-    /// Space between the letters, in parts of the height of a line, 0 to 5.
+    /// Extra space between the letters, as a share of the height of a line, 0 to 5.
     #[schemars(range(min = 0, max = 5))]
     pub spacing: f64,
 }
 
-/// A colour, as sRGB.
+/// A colour in sRGB.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Colour(pub [u8; 3]);
@@ -396,7 +399,7 @@ impl JsonSchema for Colour {
 }
 
 impl TintStyle {
-    /// The colours of land of a kind.
+    /// Returns the colours of land of a kind.
     pub fn land(&self, tint: Tint) -> &[Stop] {
         match tint {
             Tint::Temperate => &self.temperate,
@@ -407,7 +410,7 @@ impl TintStyle {
 }
 
 impl SignsStyle {
-    /// Whether there are any at a scale.
+    /// True if any signs are drawn at a scale, given its denominator.
     pub fn are_drawn(&self, denominator: f64) -> bool {
         let near = denominator <= self.most && self.rock.max(self.scree) > 0.0;
         self.width_mm > 0.0 && (near || self.hachures > 0.0)
@@ -415,14 +418,14 @@ impl SignsStyle {
 }
 
 impl CoverStyle {
-    /// How each material is seen, in the order of [`Material::ALL`](crate::tile::Material::ALL).
+    /// Returns the covers of all materials, in the order of [`Material::ALL`](crate::tile::Material::ALL).
     pub fn all(&self) -> [Cover; 8] {
         [self.grass, self.dirt, self.rock, self.sand, self.snow, self.forest, self.scree, self.wetland]
     }
 }
 
 impl Style {
-    /// The built-in style of that name or else the style in the file of that path.
+    /// Loads the built-in style of that name, or else the style in the file of that path.
     ///
     /// # Errors
     /// When there is no such style, or when it cannot be read or understood.
@@ -430,7 +433,7 @@ impl Style {
         Sources::load(name_or_path)?.read_all()
     }
 
-    /// The JSON schema of style files.
+    /// Returns the JSON schema of style files.
     pub fn schema() -> serde_json::Value {
         let mut schema = crate::recipe::form::schema::<Style>();
         schema["properties"]["extends"] = json!({

@@ -14,43 +14,45 @@ use crate::memory::{Memory, heap_bytes};
 use crate::stop;
 use crate::world::World;
 
-/// Millimetres on paper in which there is one peak at most.
+/// Side in millimetres on paper of a square that has at most one peak.
 const ROOM_MM: f64 = 22.0;
 
-/// Nodes from afar that this is.
+/// Side of that square in coarse nodes, at which the land is seen from afar.
 const CELL: i64 = 16;
 
-/// Cells a side of what is looked at at once.
+/// Side in cells of the blocks that are searched as a whole.
 const BLOCK: i64 = 2;
 
-/// Bytes of blocks that are remembered.
+/// Largest number of bytes of blocks that are remembered.
 const REMEMBERED: usize = 1 << 20;
 
-/// Metres that a peak rises above the lowest ground of a cell around it, as it is seen from afar.
+/// Smallest height in metres by which a peak rises above the lowest coarse ground around it, within three quarters of a
+/// cell.
 const LEAST_RISE_M: f32 = 100.0;
 
-/// A peak, by its vertex.
+/// A peak with its height and its name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Summit {
-    /// Metres east and north.
+    /// Position in metres east and north.
     pub at: [f64; 2],
     pub height_m: f32,
     pub name: Option<String>,
-    /// Its vertex, which tells it from all others.
+    /// Vertex of the peak, which identifies it.
     pub id: [i64; 2],
 }
 
 heap_bytes!(Summit: name);
 
-/// Where the peaks of a world are found.
+/// Source of the peaks of a world.
 #[derive(Debug)]
 pub(super) struct Summits {
     world: Arc<World>,
-    /// Where there is not room for all.
+    /// The coarse world, which is searched where there is not room for all peaks.
     afar: Option<FromAfar>,
 }
 
-/// The world from afar, in which high ground is looked for, and the way from there to the peak; what was found, block by block.
+/// The world at coarse nodes, in which high ground is looked for; the climb from there to the peak; and the peaks
+/// found, block by block.
 #[derive(Debug)]
 struct FromAfar {
     world: World,
@@ -59,10 +61,11 @@ struct FromAfar {
 }
 
 impl Summits {
-    /// The peaks of a fluvial world for maps of a scale.
+    /// Creates the source of the peaks of a fluvial world for maps of a scale.
     pub fn new(world: Arc<World>, scale: Scale) -> Summits {
         let room_m = ROOM_MM * scale.denominator() / 1000.0;
-        // A cell of the world has one peak at most: where that has the room it needs, all have.
+        // A cell of the world has at most one peak. If a cell is as large as the room that a peak needs, there is room
+        // for all peaks.
         let has_room = room_m <= climb::side(&world) as f64 * world.spacing_m();
         let afar = (!has_room).then(|| {
             let stride = Stride::within(room_m / CELL as f64, world.spacing_m());
@@ -73,13 +76,13 @@ impl Summits {
         Summits { world, afar }
     }
 
-    /// All peaks in an area of pixels.
+    /// Returns all peaks in an area of pixels that there is room for.
     pub fn find(&self, scale: Scale, pixels: Area) -> Vec<Summit> {
         let all = || self.all(scale.nodes_of(pixels, self.world.spacing_m()));
         self.afar.as_ref().map_or_else(all, |afar| afar.find(&self.world, scale, pixels))
     }
 
-    /// All that the vectors of a bake have.
+    /// Returns all peaks in an area of vertices, which are those in the vectors of a bake.
     fn all(&self, area: Area) -> Vec<Summit> {
         let rows: Vec<Area> =
             (area.y0..area.y1).step_by(512).map(|y0| Area { y0, y1: area.y1.min(y0 + 512), ..area }).collect();
@@ -97,10 +100,10 @@ impl Summit {
 }
 
 impl FromAfar {
-    /// The peaks of a whole world in an area of pixels.
+    /// Returns the peaks of a whole world in an area of pixels.
     fn find(&self, whole: &World, scale: Scale, pixels: Area) -> Vec<Summit> {
         let stride = self.world.stride().vertices();
-        // What is high from afar has its peak not far from there.
+        // The peak lies no further from the coarse high ground than the climb reaches.
         let reach = self.climb.reach() / stride + 1;
         let area = scale.nodes_of(pixels, self.world.spacing_m()).padded(reach as usize);
         let side = BLOCK * CELL;
@@ -112,13 +115,13 @@ impl FromAfar {
         let vertices = scale.nodes_of(pixels, whole.spacing_m());
         let within = |summit: &&Summit| vertices.contains(&Area::new(summit.id[0], summit.id[1], 1, 1));
         let mut found: Vec<Summit> = found.iter().flat_map(|block| block.iter()).filter(within).cloned().collect();
-        // Of two that one climbs to the same peak, one is enough.
+        // High ground at two places may lead to the same peak, which counts once.
         found.sort_by(|a, b| b.height_m.total_cmp(&a.height_m).then(a.id.cmp(&b.id)));
         found.dedup_by_key(|summit| summit.id);
         found
     }
 
-    /// The peaks above a block of cells.
+    /// Returns the peaks above the high ground of a block of cells.
     fn block(&self, whole: &World, [x, y]: [i64; 2]) -> Vec<Summit> {
         let side = (BLOCK * CELL) as usize;
         let area = Area::new(x * BLOCK * CELL, y * BLOCK * CELL, side, side);

@@ -14,7 +14,7 @@ pub(super) fn site_px(class: SiteClass, scale: Scale) -> f64 {
     })
 }
 
-/// Draws a settlement: a ring, and of a town a dot in it.
+/// Draws a settlement: a ring, with a dot inside for a town.
 pub(super) fn draw_site(plotter: &mut dyn Plotter, at: [f64; 2], class: SiteClass, scale: Scale, style: &Style) {
     let radius = site_px(class, scale);
     plotter.dot(at, radius, style.places.colour);
@@ -24,7 +24,7 @@ pub(super) fn draw_site(plotter: &mut dyn Plotter, at: [f64; 2], class: SiteClas
     }
 }
 
-/// Half of what a peak's symbol is wide and high, in pixels.
+/// Half of the width and height of a peak's symbol, in pixels.
 pub(super) fn peak_px(scale: Scale) -> f64 {
     scale.pixels(0.6)
 }

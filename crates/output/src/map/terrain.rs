@@ -1,4 +1,4 @@
-//! The land as a map of some scale sees it: heights at its pixels, and what the ground is made of.
+//! The land at the scale of a map: heights at its pixels, and the materials of the ground.
 
 use std::sync::Arc;
 
@@ -15,26 +15,27 @@ use crate::memory::{Memory, heap_bytes};
 use crate::tile::TilePlan;
 use crate::world::World;
 
-/// Bytes of patches of land that are remembered.
+/// Size in bytes of the cache of patches of land.
 pub(super) const REMEMBERED: usize = 192 << 20;
 
-/// Bytes of a node in a patch: its height, and two words of what the ground is.
+/// Bytes per node of a patch: its height, and two words of materials.
 pub(super) const NODE_BYTES: u64 = 12;
 
-/// Looks at a world along each side of a square, metres from one to the next, and nodes a side of each.
+/// Samples of a world: how many along each side of a square, the metres between them, and the nodes per side of each
+/// sample.
 const LOOKS: i64 = 4;
 const LOOK_M: f64 = 37_000.0;
 const LOOK: usize = 24;
 
-/// Looks that are taken together; half of that must have shown land.
+/// Number of samples that are taken in parallel. Sampling ends once half as many nodes as such a group has are land.
 const LOOKS_AT_ONCE: usize = 4;
 
-/// The land of a world for maps of one scale. Whatever is asked for, a pixel is the same.
+/// The land of a world for maps of one scale. A pixel is the same whatever area is asked for.
 #[derive(Debug)]
 pub(super) struct Terrain {
-    /// The world at the nodes of the scale's stride, in tiles that are patches.
+    /// The world at the nodes of the scale's stride; its tiles are the patches.
     world: Arc<World>,
-    /// What makes its land.
+    /// Makes the world's land.
     maker: Arc<dyn LandMaker>,
     scale: Scale,
     patches: Memory<TileId, Patch>,
@@ -59,33 +60,34 @@ pub(super) struct Nodes {
 }
 
 impl Terrain {
-    /// Cells a side of the tiles in which land is made: the larger, the less of it is made twice.
+    /// Cells per side of the tiles in which land is made. The larger the tiles, the less land is made twice.
     pub const TILE_CELLS: u32 = 256;
 
-    /// Cells a side of tiles for whoever waits for a single picture of land at nodes that lie 2^`halvings` times as far apart: a picture
-    /// has fewer of these, and as little is made beyond its edges.
+    /// Returns the cells per side of tiles for a single picture of land at nodes 2^`halvings` times as far apart. The
+    /// picture has fewer such nodes, so smaller tiles keep the land that is made beyond its edges as small in
+    /// proportion.
     pub fn sketch_tile_cells(halvings: u32) -> u32 {
         (128 >> halvings).max(16)
     }
 
-    /// The land of a world that was made for the stride of a scale, tile by tile, by a maker of that land.
+    /// Creates the land of a world that has the stride of the scale. `maker` makes it tile by tile.
     pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> Terrain {
         let patches = Memory::within(REMEMBERED, world.budget());
         Terrain { world, maker, scale, patches }
     }
 
-    /// The world at the nodes that the land is made at.
+    /// The world at the nodes of the land.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// What makes its land.
+    /// Makes the world's land.
     pub fn maker(&self) -> &dyn LandMaker {
         &*self.maker
     }
 
-    /// How many metres the steeper land of the world rises a metre ahead, by looks at it here and there: the same for all maps
-    /// of one scale.
+    /// Returns the slope (rise over run) of the steeper land of the world: the 80th percentile of samples here and
+    /// there. It is the same for all maps of one scale.
     pub fn steepness(&self) -> f64 {
         let apart = (LOOK_M / self.world.spacing_m()) as i64 + 1;
         let places: Vec<[i64; 2]> =
@@ -102,7 +104,8 @@ impl Terrain {
             land.map(|at| rise_m(at) / self.world.spacing_m()).collect::<Vec<f64>>()
         };
         let mut slopes: Vec<f64> = Vec::new();
-        // Each look takes long, for nothing is known around it: no more than it takes to see some land.
+        // A sample takes long, because nothing around it is cached. So take no more of them than it takes to see some
+        // land.
         for places in places.chunks(LOOKS_AT_ONCE) {
             slopes.extend(places.par_iter().map(look).collect::<Vec<_>>().concat());
             if slopes.len() >= LOOKS_AT_ONCE * LOOK * LOOK / 2 {
@@ -110,16 +113,16 @@ impl Terrain {
             }
         }
         slopes.sort_by(f64::total_cmp);
-        // A world that is all sea has no contours.
+        // A world that is all sea has no contours, so any value will do for it.
         slopes.get(slopes.len() * 4 / 5).map_or(1.0, |slope| slope.clamp(0.02, 1.0))
     }
 
-    /// Nodes from a pixel to the next.
+    /// Nodes per pixel.
     fn nodes_per_pixel(&self) -> f64 {
         self.scale.metres_per_pixel / self.world.spacing_m()
     }
 
-    /// The land at all nodes that the pixels of an area are made of.
+    /// Returns the land at all nodes that the pixels of an area depend on.
     pub fn nodes(&self, pixels: Area) -> Nodes {
         let [x, y] = [(pixels.x0, pixels.x1), (pixels.y0, pixels.y1)].map(|(from, to)| {
             let ends = [from, to - 1].map(|pixel| Spline::at(pixel, self.nodes_per_pixel()).first);
@@ -146,7 +149,7 @@ impl Terrain {
         nodes
     }
 
-    /// The nodes of a tile's patch.
+    /// Returns the nodes of a tile's patch.
     fn own(&self, id: TileId) -> Area {
         let side = i64::from(self.world.tile_cells());
         Area::new(id.x * side, id.y * side, side as usize, side as usize)
@@ -165,8 +168,8 @@ impl Terrain {
         })
     }
 
-    /// Values at the pixels of an area, given those at [its nodes](Terrain::nodes): a smooth surface, whose bends go through
-    /// near the nodes.
+    /// Interpolates values at the pixels of an area from values at [its nodes](Terrain::nodes). The surface is smooth
+    /// and passes near the nodes, not through them.
     pub fn at_pixels(&self, nodes: &Grid<f32>, pixels: Area) -> Grid<f32> {
         let area = nodes.area();
         let columns: Vec<Spline> = (pixels.x0..pixels.x1).map(|x| Spline::at(x, self.nodes_per_pixel())).collect();
@@ -187,11 +190,12 @@ impl Terrain {
     }
 }
 
-/// Nodes from one to a pixel's middle up to which the fourth one does not count: it would for a part in 10^15.
+/// Distance from a node, in nodes, below which the furthest of the four nodes has no weight: it would weigh less than a
+/// part in 10^15.
 const LEAST_SHARE: f32 = 1e-5;
 
-/// The four nodes that a pixel's middle is made of, and their weights: a cubic B-spline, which has no corners that light
-/// would show.
+/// The first of the four nodes that the value at a pixel's centre is made of, and the weights of the four: a cubic
+/// B-spline, which has no creases that light would show.
 struct Spline {
     first: i64,
     weights: [f32; 4],
@@ -205,7 +209,7 @@ impl Spline {
         let u = 1.0 - t;
         let sixth = 1.0 / 6.0;
         let near = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) * sixth;
-        // What is next to nothing would be less than the least float with all its digits, once it is multiplied, which GPUs take for 0.
+        // A tiny weight times a value could be a subnormal number, which GPUs flush to zero.
         let far = |t: f32| if t < LEAST_SHARE { 0.0 } else { t * t * t * sixth };
         Spline { first: floor as i64 - 1, weights: [far(u), near(t), near(u), far(t)] }
     }

@@ -1,6 +1,6 @@
 //! Text as outlines: shaped once, then set on a straight line or along a bent one.
 //!
-//! Lengths are pixels, y is down, and the baseline is where the text stands.
+//! Lengths are in pixels, y points down, and text stands on its baseline.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,17 +26,17 @@ pub struct Shaped {
     size_px: f64,
     spacing_px: f64,
     glyphs: Vec<ShapedGlyph>,
-    /// From the start of the first glyph to the end of the last.
+    /// Distance from the start of the first glyph to the end of the last.
     pub width: f64,
-    /// Above the baseline, of the tallest letters of the face.
+    /// Height of the tallest letters of the face above the baseline.
     pub ascent: f64,
-    /// Below the baseline, of the lowest letters of the face.
+    /// Depth of the lowest letters of the face below the baseline.
     pub descent: f64,
-    /// Of capitals.
+    /// Height of capital letters.
     pub cap_height: f64,
-    /// Of small letters.
+    /// Height of small letters such as x.
     pub x_height: f64,
-    /// What the glyphs of this text cover: left, top, right, bottom. All zero if they leave no ink.
+    /// Bounding box of the ink of this text: left, top, right, bottom. All zero if the glyphs leave no ink.
     pub ink: [f64; 4],
 }
 
@@ -44,20 +44,22 @@ pub struct Shaped {
 struct ShapedGlyph {
     id: u16,
     font: Font,
-    /// The bytes of the text that the glyph and those beside it with the same bytes stand for.
+    /// Range of bytes of the text that the glyph stands for, alone or together with neighbours that have the same
+    /// range.
     text: Range<usize>,
-    /// Where the pen was before the glyph, and how far it goes on.
+    /// Position of the pen before the glyph, and the distance by which the glyph moves it on.
     pen: f64,
     advance: f64,
     /// The glyph's origin.
     at: [f64; 2],
-    /// Left, top, right and bottom of its ink, from the start of the baseline.
+    /// Bounding box of the glyph's ink: left, top, right and bottom, from the start of the baseline.
     ink: Option<[f64; 4]>,
 }
 
-/// Shapes one line of text, each script in its own direction. `spacing_em` widens the room between letters, in sizes of the font.
+/// Shapes one line of text, each script in its own direction. `spacing_em` is the extra space between letters, as a
+/// multiple of the font size.
 ///
-/// Spaced letters form no ligatures. A character that no font has becomes the box of the first for missing ones.
+/// Spaced letters form no ligatures. A character that no font has becomes the box for missing glyphs of the first font.
 pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em: f32) -> Shaped {
     let typeface = typeface.into();
     let size_px = f64::from(size_px);
@@ -70,7 +72,7 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
         let (infos, positions) = (buffer.glyph_infos(), buffer.glyph_positions());
         for (info, position) in infos.iter().zip(positions) {
             let start = range.start + info.cluster as usize;
-            // An accent is no letter of its own: no room before it.
+            // A glyph of the same letter, such as an accent, gets no extra space before it.
             if glyphs.last().is_some_and(|last| last.text.start != start) {
                 pen += f64::from(spacing_em) * size_px;
             }
@@ -86,7 +88,7 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
                 pen,
                 advance: px(position.x_advance),
                 at,
-                // The height goes down from the top, and so is negative.
+                // The height is measured downwards as a negative number.
                 ink: extents.map(|ink| {
                     let (left, top) = (at[0] + px(ink.x_bearing), at[1] - px(ink.y_bearing));
                     [left, top, left + px(ink.width), top - px(ink.height)]
@@ -112,14 +114,14 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
     }
 }
 
-/// A part of a text that is read in one direction, and set in one font.
+/// A part of a text that is read in one direction and set in one font.
 struct Run {
     range: Range<usize>,
     direction: Direction,
     font: Font,
 }
 
-/// The parts of a text from left to right as they stand.
+/// Splits a text into runs, in the order in which they stand from left to right.
 fn runs(text: &str, typeface: Typeface) -> Vec<Run> {
     let mut runs = Vec::new();
     for (part, direction) in directed(text) {
@@ -138,14 +140,15 @@ fn runs(text: &str, typeface: Typeface) -> Vec<Run> {
     runs
 }
 
-/// Whether a letter is set in the font of the one before it: where that is its own, or where it has no look of its own but joins
-/// others, as accents and spaces do.
+/// True if a letter is set in the font of the letter before it: if that font is its own, or if the character is no
+/// letter or digit, such as an accent or a space, and that font has it.
 fn goes_on(font: Font, letter: char, typeface: Typeface) -> bool {
     let is_letter = letter.is_alphanumeric();
     typeface.font_of(letter) == font || !is_letter && font.glyph_of(letter).is_some()
 }
 
-/// The parts of a text that are read in one direction, from left to right as they stand (the bidirectional algorithm of Unicode).
+/// Splits a text into parts of one reading direction, in the order in which they stand from left to right (the
+/// bidirectional algorithm of Unicode).
 fn directed(text: &str) -> Vec<(Range<usize>, Direction)> {
     let order = BidiInfo::new(text, None);
     if !order.has_rtl() {
@@ -162,12 +165,13 @@ fn directed(text: &str) -> Vec<(Range<usize>, Direction)> {
     order.paragraphs.iter().flat_map(of_paragraph).collect()
 }
 
-/// Whether a text as a whole is read from right to left, as its first letter says.
+/// True if a text as a whole is read from right to left, judged by its first letter.
 pub fn is_right_to_left(text: &str) -> bool {
     matches!(get_base_direction(text), unicode_bidi::Direction::Rtl)
 }
 
-/// The glyphs of a text from left to right, in units of the font.
+/// Returns the glyphs of a text from left to right, in units of the font. If the letters stand `apart`, they form no
+/// ligatures.
 fn glyphs_of(text: &str, direction: Direction, font: &ShaperFont, apart: bool) -> Buffer {
     let mut buffer = Buffer::new();
     buffer.push_str(text);
@@ -180,72 +184,74 @@ fn glyphs_of(text: &str, direction: Direction, font: &ShaperFont, apart: bool) -
     buffer
 }
 
-/// What glyphs cover together.
+/// Returns the bounding box of the ink of some glyphs; none without ink.
 fn ink_of(glyphs: &[ShapedGlyph]) -> Option<[f64; 4]> {
     let join = |a: [f64; 4], b: [f64; 4]| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])];
     glyphs.iter().filter_map(|glyph| glyph.ink).reduce(join)
 }
 
-/// Text that has its place on the map.
+/// Text with its place on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
-    /// What is written.
+    /// The text as a string.
     pub text: Arc<str>,
     /// The face that was asked for.
     pub face: Face,
     /// The size of the font.
     pub size_px: f64,
-    /// How much wider the room between letters is than in the font.
+    /// Extra space between letters, in addition to that of the font.
     pub spacing_px: f64,
-    /// The glyphs from left to right, as they are seen.
+    /// The glyphs in visual order, from left to right.
     pub glyphs: Vec<PlacedGlyph>,
-    /// What the ink covers: one box of straight text, one a letter of bent text, none where there is no ink.
+    /// Boxes that the ink covers: one for straight text, one for each letter of bent text, none where there is no ink.
     pub boxes: Vec<Quad>,
 }
 
-/// A glyph that has its place on the map.
+/// A glyph with its place on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedGlyph {
-    /// Its number in its font.
+    /// Number of the glyph in its font.
     pub id: u16,
-    /// That of the text's face, or another where that lacks the letter.
+    /// Font of the text's face, or another font where the face lacks the letter.
     pub font: Font,
-    /// The bytes of the text that it stands for, alone or with its neighbours of the same bytes.
+    /// Range of bytes of the text that the glyph stands for, alone or together with neighbours that have the same
+    /// range.
     pub text: Range<usize>,
-    /// Its origin, on the baseline.
+    /// Origin of the glyph, on the baseline.
     pub at: [f64; 2],
-    /// The way on which it is read, of length 1: the cosine and the sine of its angle, clockwise from east.
+    /// Reading direction as a vector of length 1: the cosine and the sine of its angle, clockwise from east.
     pub along: [f64; 2],
 }
 
 impl PlacedGlyph {
-    /// The angle by which it is turned, clockwise from east, in radians.
+    /// Returns the angle by which the glyph is turned, clockwise from east, in radians.
     pub fn angle(&self) -> f64 {
         libm::atan2(self.along[1], self.along[0])
     }
 }
 
-/// The cosine of the most by which a letter may be turned from the one before it: 25 degrees. Beyond, letters of usual
-/// spacing run into each other.
+/// Cosine of the largest turn from one letter to the next: 25 degrees. Beyond it, letters of usual spacing run into
+/// each other.
 const TURN_COS: f64 = 0.906_307_787;
 
-/// The cosine of the most by which a letter may be turned from the way of the whole text: 60 degrees. Beyond, a name
-/// is read around a corner.
+/// Cosine of the largest angle between a letter and the direction of the whole text: 60 degrees. Beyond it, a name is
+/// read around a corner.
 const SPREAD_COS: f64 = 0.5;
 
 impl Shaped {
-    /// The text on a straight baseline from `start` on, turned clockwise by an angle in radians.
+    /// Sets the text on a straight baseline from `start` on, turned clockwise by an angle in radians.
     pub fn at(&self, start: [f64; 2], angle: f64) -> Placed {
         let mut placed = self.nowhere();
         placed.push(&self.glyphs, 0.0, start, [libm::cos(angle), libm::sin(angle)]);
         placed
     }
 
-    /// The text along a line, from a distance along it on, and by `lift` to the left of its way: above it, where it
-    /// goes to the east. Each letter stands with its middle on the line, and is turned with it.
+    /// Sets the text along a line, from the distance `start` along the line on, and shifted by `lift` to the left of
+    /// the line's direction: above the line, where it leads to the east. Each letter stands with its middle on the line
+    /// and turns with the line.
     ///
-    /// `None` where the text would begin before the line or end after it, or where the line bends too much for it.
-    /// What bends less is set, upside down too if the line goes to the west.
+    /// Returns `None` where the text would begin before the line or end after it, or where the line bends too much for
+    /// the text. Otherwise the text is set, upside down if the line leads to the west.
     pub fn along(&self, line: &[[f64; 2]], start: f64, lift: f64) -> Option<Placed> {
         let course = Course::new(line)?;
         if start < 0.0 || start + self.width > course.length() {
@@ -256,7 +262,8 @@ impl Shaped {
             let pen = letter[0].pen;
             let half = 0.5 * letter.iter().map(|glyph| glyph.advance).sum::<f64>();
             let middle = start + pen + half;
-            // Narrow letters would turn with every little bend.
+            // Measure the direction over at least half the font size; otherwise narrow letters would turn with every
+            // little bend.
             let along = course.way(middle, half.max(0.25 * self.size_px))?;
             let [x, y] = course.place(middle);
             let at = [x - along[0] * half + along[1] * lift, y - along[1] * half - along[0] * lift];
@@ -278,7 +285,8 @@ impl Shaped {
 }
 
 impl Placed {
-    /// Adds glyphs whose baseline has one way, from where the pen was before them.
+    /// Adds glyphs on a straight baseline in the direction `along`. `start` is the point of the map where the pen was
+    /// at `pen`.
     fn push(&mut self, glyphs: &[ShapedGlyph], pen: f64, start: [f64; 2], along: [f64; 2]) {
         let turn = |[x, y]: [f64; 2]| turned([x - pen, y], start, along);
         let placed = |&ShapedGlyph { id, font, ref text, at, .. }: &ShapedGlyph| PlacedGlyph {
@@ -294,15 +302,16 @@ impl Placed {
         }
     }
 
-    /// The letters that no font has: a box stands for each.
+    /// Returns the letters that no font has. Each is drawn as a box.
     pub fn missing(&self) -> impl Iterator<Item = char> {
         let boxes = self.glyphs.iter().filter(|glyph| glyph.id == 0);
         boxes.flat_map(|glyph| self.text[glyph.text.clone()].chars())
     }
 
-    /// Whether letters have other shapes than alone, as in scripts that join them: it takes all rules of a font to set them.
+    /// True if letters have other shapes than when they stand alone, as in scripts that join them. Only all rules of
+    /// the font can set such a text.
     pub fn is_joined(&self) -> bool {
-        /// The first letter of Hebrew: of scripts before it, whose letters stand alone, only ligatures differ.
+        /// Start of the Hebrew letters. In the scripts before it letters stand alone, and only ligatures differ.
         const FIRST: char = '\u{590}';
         let is_joined = |glyphs: &[PlacedGlyph]| {
             let mut letters = self.text[glyphs[0].text.clone()].chars();
@@ -316,7 +325,7 @@ impl Placed {
             .any(is_joined)
     }
 
-    /// Whether no letter is turned far from the one before it, nor from the way of the whole.
+    /// True if no letter is turned far from the one before it or from the direction of the whole text.
     fn bends_little(&self) -> bool {
         let [Some(first), Some(last)] = [self.glyphs.first(), self.glyphs.last()] else { return true };
         let whole = [last.at[0] - first.at[0], last.at[1] - first.at[1]];
@@ -325,11 +334,12 @@ impl Placed {
             && self.glyphs.windows(2).all(|pair| dot(pair[0].along, pair[1].along) >= TURN_COS)
     }
 
-    /// The outlines of all glyphs, from an origin on, to be filled by the non-zero rule. `None` if there is no ink.
+    /// Returns the outlines of all glyphs relative to an origin, to be filled by the non-zero rule. `None` if there is
+    /// no ink.
     ///
-    /// Points lie on the 256th parts of pixels that a rasteriser tells apart, so that within 65,536 pixels of the
+    /// Points are rounded to 1/256 of a pixel, the finest step of the rasteriser, so that within 65,536 pixels of the
     /// origin the same glyphs have the same shapes from every origin. All curves are quadratic: tiny-skia strokes cubic
-    /// ones with the cosine of the machine's library.
+    /// curves with the cosine of the machine's library, which may differ between machines.
     pub fn path(&self, origin: [i64; 2]) -> Option<Path> {
         let mut builder = PathBuilder::new();
         for PlacedGlyph { id, font, at, along, .. } in &self.glyphs {
@@ -342,7 +352,7 @@ impl Placed {
                 last: [0.0; 2],
             };
             let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
-            // A font of somebody's may lack what its tables promise, and then shows nothing.
+            // A user's font may lack an outline that its tables promise; nothing is drawn for that glyph.
             if let Some(outline) = font.outlines().outline_glyphs().get(GlyphId::new(u32::from(*id))) {
                 let _ = outline.draw(settings, &mut pen);
             }
@@ -351,33 +361,33 @@ impl Placed {
     }
 }
 
-/// A place relative to a start, turned to a way and moved there.
+/// Turns a point into the direction `along` and moves it by `start`.
 fn turned([x, y]: [f64; 2], start: [f64; 2], along: [f64; 2]) -> [f64; 2] {
     [start[0] + (x * along[0] - y * along[1]), start[1] + (x * along[1] + y * along[0])]
 }
 
-/// Steps of a rasteriser in a pixel.
+/// Number of subpixel steps of the rasteriser in a pixel.
 const STEPS: f64 = 256.0;
 
-/// How far a quadratic curve may be from the cubic one of the font: what no eye can see.
+/// Largest distance in pixels between a quadratic curve and the font's cubic curve, too small for the eye to see.
 const CURVE_ERROR_PX: f64 = 0.02;
 
-/// Takes an outline in units of the font, whose y is up, to its place on the map.
+/// Moves an outline from units of the font, in which y points up, to its place on the map.
 struct Pen<'a> {
     builder: &'a mut PathBuilder,
     scale: f64,
     at: [f64; 2],
     along: [f64; 2],
     origin: [f64; 2],
-    /// Where the pen is, in units of the font.
+    /// Position of the pen, in units of the font.
     last: [f64; 2],
 }
 
 impl Pen<'_> {
-    /// A point on the map.
+    /// Returns the point on the map, relative to the origin, for a point in units of the font.
     fn map(&self, [x, y]: [f64; 2]) -> [f32; 2] {
         let at = turned([x * self.scale, -y * self.scale], self.at, self.along);
-        // Rounded before it is moved, or each origin would have its own rounding.
+        // Round before subtracting the origin; otherwise each origin would have its own rounding.
         [0, 1].map(|axis| ((at[axis] * STEPS).round() / STEPS - self.origin[axis]) as f32)
     }
 
@@ -417,10 +427,10 @@ impl OutlinePen for Pen<'_> {
     }
 }
 
-/// The control points and ends of quadratic curves that follow a cubic one to within `error`.
+/// Returns the control points and ends of quadratic curves that follow a cubic curve to within `error`.
 ///
 /// Based on: a quadratic curve whose control point is (3 (a + b) - start - end) / 4 is at most √3 / 36 of the cubic's
-/// third difference away, and of n equal parts each has a third difference n³ times smaller.
+/// third difference away. Each of n equal parts has a third difference n³ times smaller.
 fn quadratics(cubic: [[f64; 2]; 4], error: f64) -> impl Iterator<Item = [[f64; 2]; 2]> {
     const SHARE: f64 = 0.048_112_522;
     let [start, a, b, end] = cubic;
@@ -428,7 +438,7 @@ fn quadratics(cubic: [[f64; 2]; 4], error: f64) -> impl Iterator<Item = [[f64; 2
     let least = SHARE * length(third) / error;
     let parts = (1..16).find(|parts| f64::from(parts * parts * parts) >= least).unwrap_or(16);
     let step = 1.0 / f64::from(parts);
-    // The place and the way at a share of the curve.
+    // Point and derivative of the cubic curve at parameter `t`.
     let place = move |t: f64| {
         let s = 1.0 - t;
         [0, 1].map(|i| s * s * s * start[i] + 3.0 * s * s * t * a[i] + 3.0 * s * t * t * b[i] + t * t * t * end[i])
@@ -446,14 +456,14 @@ fn quadratics(cubic: [[f64; 2]; 4], error: f64) -> impl Iterator<Item = [[f64; 2
     })
 }
 
-/// A polyline by the distance along it.
+/// A polyline with the distance along it to each of its points.
 pub(super) struct Course<'a> {
     line: &'a [[f64; 2]],
     come: Vec<f64>,
 }
 
 impl Course<'_> {
-    /// `None` for a line of fewer than two places, or of no length.
+    /// Returns `None` for a line of fewer than two points or of no length.
     pub fn new(line: &[[f64; 2]]) -> Option<Course<'_>> {
         let come = come_along(line);
         (line.len() > 1 && come[line.len() - 1] > 0.0).then_some(Course { line, come })
@@ -464,7 +474,8 @@ impl Course<'_> {
         self.come[self.come.len() - 1]
     }
 
-    /// The place at a distance along the line. Before and after it, its first and last segment go on.
+    /// Returns the point at a distance along the line. Before its start and after its end, the first and the last
+    /// segment are extended.
     pub fn place(&self, distance: f64) -> [f64; 2] {
         let after = self.come.partition_point(|come| *come <= distance).clamp(1, self.line.len() - 1);
         let (from, to) = (self.line[after - 1], self.line[after]);
@@ -479,7 +490,8 @@ impl Course<'_> {
         &self.line[first..self.come.partition_point(|come| *come < to).max(first)]
     }
 
-    /// The way of the line around a distance along it, of length 1. `None` where it comes back to where it was.
+    /// Returns the direction of the line at a distance along it, as a vector of length 1 from `half` before to `half`
+    /// after it. `None` where these two points coincide.
     fn way(&self, distance: f64, half: f64) -> Option<[f64; 2]> {
         let (from, to) = (self.place(distance - half), self.place(distance + half));
         let way = [to[0] - from[0], to[1] - from[1]];
@@ -503,7 +515,8 @@ mod tests {
                 let bounds = placed.path([0, 0]).expect("a letter leaves ink").bounds();
                 let [[left, top], _, [right, bottom], _] = placed.boxes[0].map(|corner| corner.map(|axis| axis as f32));
                 let ends = [left - bounds.left(), top - bounds.top(), bounds.right() - right, bounds.bottom() - bottom];
-                // Rounding to steps, extents to whole units of the font, and control points outside of their curves.
+                // The tolerance covers rounding to subpixels, extents in whole units of the font, and control points
+                // outside their curves.
                 assert!(ends.iter().all(|end| *end < 0.25), "{face:?} {character}: {ends:?}");
             }
         }
@@ -530,7 +543,7 @@ mod tests {
     fn spaced_letters_form_no_ligatures_and_keep_their_accents() {
         assert!(shape("Tiefffluss", Face::Regular, 40.0, 0.0).glyphs.len() < 10);
         assert_eq!(shape("Tiefffluss", Face::Regular, 40.0, 0.1).glyphs.len(), 10);
-        // No font has one glyph for a letter with a tilde and a ring.
+        // No font has a single glyph for a letter with a tilde and a ring.
         let accented = shape("m\u{303}\u{325}n", Face::Regular, 40.0, 0.1);
         let widths: f64 = accented.glyphs.iter().map(|glyph| glyph.advance).sum();
         assert!((accented.width - widths - 4.0).abs() < 1e-6, "room before an accent");
@@ -542,7 +555,7 @@ mod tests {
         let text = "Alp \u{5e2}\u{5d1}\u{5e8} 12";
         let placed = shape(text, Face::Regular, 20.0, 0.0).at([0.0, 0.0], 0.0);
         let read: String = placed.glyphs.iter().map(|glyph| &text[glyph.text.clone()]).collect();
-        // Numbers after Hebrew stand to its left, and are read as numbers are.
+        // Numbers after Hebrew stand to its left, but their digits are read from left to right.
         assert_eq!(read, "Alp 12 \u{5e8}\u{5d1}\u{5e2}");
         assert!(placed.glyphs.windows(2).all(|pair| pair[0].at[0] < pair[1].at[0]));
         assert_eq!(placed.missing().count(), 0);
@@ -553,7 +566,7 @@ mod tests {
     fn a_font_of_a_style_is_used_where_it_has_the_letters() {
         let own = Font::of_file();
         let typeface = Typeface { face: Face::Italic, own: Some(own) };
-        // The face has no Arabic, and neither has Chinese.
+        // The face has no Arabic, and neither font has Chinese.
         let text = "Alp \u{644}\u{628} \u{65e5}";
         let placed = shape(text, typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
         let fonts: Vec<(&str, Font)> =
@@ -566,7 +579,7 @@ mod tests {
         assert!(placed.path([0, 0]).is_some());
         let plain = shape("Tiefffluss \u{5e2}\u{5d1}", typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
         assert!(!plain.is_joined());
-        // What the file lacks comes from the face.
+        // A letter that the file lacks comes from the face.
         let rare = shape("A\u{1f7}", typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
         assert_eq!(rare.glyphs.iter().map(|glyph| glyph.font).collect::<Vec<_>>(), [own, Face::Italic.font()]);
     }

@@ -3,7 +3,8 @@
 use crate::map::style::{Stop as StyleStop, TintStyle};
 use crate::world::World;
 
-/// Steps of a colour table: four a level of a channel's 256, and 12 KiB as `f32`, which a first-level cache holds.
+/// Entries of a colour table: four per level of a channel's 256. As `f32` they take 12 KiB, which fits into a
+/// first-level cache.
 const STEPS: usize = 1024;
 
 /// The colours of a world's heights and depths, as tables of sRGB 0 to 255.
@@ -17,15 +18,16 @@ pub(super) struct Tints {
 }
 
 impl Tints {
-    /// The colours that a style has for a world.
+    /// Creates the colours of a style for a world.
     pub fn new(style: &TintStyle, world: &World) -> Tints {
         let stops = |stops: &[StyleStop]| -> Vec<Stop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
         let mut tints = Tints::of_stops(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
         if style.depth_steps > 0 {
-            // The middle of each step, for all of it.
+            // Each step has one colour, that of its middle.
             let (smooth, steps) = (tints.sea.clone(), style.depth_steps as usize);
             for (index, colour) in tints.sea.iter_mut().enumerate() {
-                // Steps are wider in the deep, as depths are there.
+                // Steps are equal in the square root of depth, so that they are wider in the deep, where depths vary
+                // more.
                 let step = ((index as f32 / STEPS as f32).sqrt() * steps as f32).floor();
                 let share = (step + 0.5) / steps as f32;
                 *colour = smooth[((share * share * STEPS as f32) as usize).min(STEPS - 1)];
@@ -34,18 +36,19 @@ impl Tints {
         tints
     }
 
-    /// Land colours from the lowest to the highest height that a map of the world shows; sea colours for depths down to the
-    /// lowest that the world can have.
+    /// Creates the tables. Land colours run from the lowest to the highest height that a map of the world shows; sea
+    /// colours run down to the greatest depth that the world can have.
     ///
-    /// Where the preset says nothing, that is from the sea, or the lowest height, to the highest that the world can have.
+    /// Without a range in the preset, land colours run from the sea level (or the lowest height) to the highest height
+    /// that the world can have.
     fn of_stops(world: &World, land: &[Stop], sea: &[Stop]) -> Tints {
         let preset = world.preset();
         let (lowest_m, highest_m) = world.height_range_m();
         let sea_level_m = preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32);
         let low_m = preset.map.low_m.map_or(sea_level_m.max(lowest_m), |low| low as f32);
         let high_m = preset.map.high_m.map_or(highest_m, |high| high as f32);
-        // By what the world can have and not by what a tile has: neighbours must agree on a colour. A metre at least, or level
-        // land would divide by zero.
+        // The range is that of the world and not of a tile, so that neighbours agree on a colour. It is a metre at
+        // least, because level land would divide by zero.
         Tints {
             land: table(land),
             land_low_m: low_m,
@@ -60,12 +63,12 @@ impl Tints {
         (self.land_low_m, self.land_low_m + (STEPS - 1) as f32 / self.land_steps_per_m)
     }
 
-    /// The colour of land at a height; beyond the ends, that of the end.
+    /// Returns the colour of land at a height. Heights beyond the ends of the table have the colour of that end.
     pub fn land(&self, height_m: f32) -> [f32; 3] {
         self.land[step((height_m - self.land_low_m) * self.land_steps_per_m)]
     }
 
-    /// The colour of the sea over a depth.
+    /// Returns the colour of the sea over a depth.
     pub fn sea(&self, depth_m: f32) -> [f32; 3] {
         self.sea[step(depth_m * self.sea_steps_per_m)]
     }
@@ -76,15 +79,15 @@ fn step(position: f32) -> usize {
     (position as usize).min(STEPS - 1)
 }
 
-/// A colour at a share of the scale.
+/// A colour at a position on the scale, 0 to 1.
 type Stop = (f32, [u8; 3]);
 
-/// A table of colours between stops, interpolated in OKLab, where equal steps look equal.
+/// Makes a table of colours between stops, interpolated in OKLab, where equal steps look equal.
 fn table(stops: &[Stop]) -> Vec<[f32; 3]> {
     let stops: Vec<(f32, [f32; 3])> = stops.iter().map(|(at, colour)| (*at, oklab(*colour))).collect();
     let colour = |index: usize| {
         let at = index as f32 / (STEPS - 1) as f32;
-        // The stop at or after the place; never the first, so that there is one before it.
+        // The first stop at or after the position, but at least the second one, so that there is a stop before it.
         let after = stops.iter().position(|stop| stop.0 >= at).unwrap_or(stops.len() - 1).max(1);
         let ((low, from), (high, to)) = (stops[after - 1], stops[after]);
         let share = (at - low) / (high - low);

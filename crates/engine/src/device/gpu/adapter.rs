@@ -1,4 +1,4 @@
-//! GPUs: which there are, and one of them opened, with the kernels compiled for it.
+//! GPUs: a list of those available, and one of them opened, with compiled kernels.
 
 use std::num::NonZeroU64;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -13,19 +13,19 @@ use wgpu::{
 
 use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
 
-/// The arithmetic of all shaders: sums, products, quotients and roots with the bits of the CPU.
+/// Arithmetic of all shaders: sums, products, quotients and roots with the bits of the CPU.
 pub(super) const EXACT: &str = include_str!(concat!(env!("TERRANE_SHADERS"), "/exact.wgsl"));
 
-/// A GPU that is there, or what does as if it were one.
+/// An available GPU, or a software implementation of one.
 #[derive(Clone, Debug)]
 pub struct Adapter(wgpu::Adapter);
 
-/// All GPUs that can be reached, the best first.
+/// Returns all GPUs that can be reached, the best first.
 pub fn adapters() -> Vec<Adapter> {
     let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
     let mut adapters: Vec<Adapter> =
         block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY)).into_iter().map(Adapter).collect();
-    // Stable: those that are as good stay in the system's order.
+    // A stable sort: GPUs of one type stay in the system's order.
     adapters.sort_by_key(|adapter| match adapter.0.get_info().device_type {
         DeviceType::DiscreteGpu => 0,
         DeviceType::IntegratedGpu => 1,
@@ -37,12 +37,12 @@ pub fn adapters() -> Vec<Adapter> {
 }
 
 impl Adapter {
-    /// Its name.
+    /// Returns the adapter's name.
     pub fn name(&self) -> String {
         self.0.get_info().name
     }
 
-    /// Its driver, and how that is reached.
+    /// Returns the graphics API and the name of the driver.
     pub fn driver(&self) -> String {
         let info = self.0.get_info();
         let words = [info.driver, info.driver_info].into_iter().filter(|word| !word.is_empty());
@@ -50,58 +50,59 @@ impl Adapter {
         format!("{:?}, {driver}", info.backend)
     }
 
-    /// Whether it is a program for the CPU, which is slower than the CPU's own.
+    /// True for a software implementation on the CPU, which is slower than making land on the CPU directly.
     pub fn is_software(&self) -> bool {
         self.0.get_info().device_type == DeviceType::Cpu
     }
 
-    /// The largest buffer that a kernel can read or write, in bytes.
+    /// Returns the size in bytes of the largest buffer that a kernel can read or write.
     pub fn buffer_bytes(&self) -> u64 {
         storage_bytes(&self.0.limits())
     }
 
-    /// The most threads of a group.
+    /// Returns the largest number of threads in a workgroup.
     pub fn group_threads(&self) -> u32 {
         group_threads(&self.0.limits())
     }
 }
 
-/// The kernels that make a tile of land, in their order.
+/// The kernels that make a tile of land, in the order in which they run.
 #[derive(Debug)]
 pub(super) struct Kernels {
-    /// What lines do to it.
+    /// Carves lines into the land.
     pub carve: ComputePipeline,
-    /// Rock, and the rounds in which rubble comes down from it, which reach so many vertices past the tile.
+    /// Rock, and the rounds in which rubble spreads downhill from it, each with the number of vertices that it computes
+    /// beyond the tile on each side.
     pub rock: (ComputePipeline, usize),
     pub spread: Vec<(ComputePipeline, usize)>,
-    /// Normals, slopes and what the ground is made of.
+    /// Computes normals, slopes and the materials of the ground.
     pub surface: ComputePipeline,
 }
 
-/// A GPU that is ready to compute.
+/// An opened GPU, ready to compute.
 #[derive(Debug)]
 pub struct Gpu {
-    /// What its driver calls it.
+    /// Name of the adapter.
     pub name: String,
-    /// What makes its buffers and kernels.
+    /// Creates buffers and kernels.
     pub(super) device: Device,
     pub(super) queue: Queue,
     pub(super) layout: BindGroupLayout,
     pipeline_layout: PipelineLayout,
     kernels: OnceLock<Kernels>,
     fill: ComputePipeline,
-    /// Threads to a side of a group.
+    /// Side of a workgroup in threads.
     pub group_side: u32,
-    /// The largest buffer that it takes, in bytes.
+    /// Size of the largest buffer in bytes.
     pub(super) storage_bytes: u64,
     trouble: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// Opens a GPU, in groups of so many by so many threads: 8, 16 or 32 to a side.
+    /// Opens a GPU with workgroups of `group_side` by `group_side` threads: 8, 16 or 32 to a side.
     ///
     /// # Errors
-    /// A sentence that says what the GPU does not take.
+    /// A sentence that names the limit of the GPU that is exceeded, or the reason why it cannot be opened.
     pub fn open(adapter: &Adapter, group_side: u32) -> Result<Gpu, String> {
         let name = adapter.name();
         let limits = adapter.0.limits();
@@ -112,7 +113,7 @@ impl Gpu {
         let descriptor = DeviceDescriptor { required_limits: limits.clone(), ..DeviceDescriptor::default() };
         let opened = block_on(adapter.0.request_device(&descriptor));
         let (device, queue) = opened.map_err(|error| format!("{name} cannot be opened: {error}"))?;
-        // Whatever goes wrong from here on is kept, and the CPU goes on.
+        // From here on errors are recorded as trouble, and the CPU takes over.
         let trouble = Arc::new(Mutex::new(None));
         let kept = Arc::clone(&trouble);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, first_line(&error))));
@@ -161,12 +162,12 @@ impl Gpu {
         Parts { device, layout: pipeline_layout, group_side: *group_side }
     }
 
-    /// The kernel that makes heights of noise.
+    /// Returns the kernel that makes heights of noise.
     pub(super) fn fill(&self) -> &ComputePipeline {
         &self.fill
     }
 
-    /// The kernels that make a tile, compiled when they are asked for first.
+    /// Returns the kernels that make a tile. They are compiled at the first call.
     pub(super) fn kernels(&self) -> &Kernels {
         self.kernels.get_or_init(|| {
             let parts = self.parts();
@@ -186,18 +187,18 @@ impl Gpu {
         })
     }
 
-    /// Loses the GPU, as it is lost when its driver is.
+    /// Destroys the device, as if the driver had lost it.
     #[cfg(test)]
     pub(super) fn lose(&self) {
         self.device.destroy();
     }
 
-    /// Notes that it cannot be used any more, and why, unless that is known.
+    /// Records that the GPU cannot be used any more, with the reason, unless an earlier reason is recorded.
     pub(super) fn give_up(&self, why: &str) {
         keep(&self.trouble, why.into());
     }
 
-    /// What went wrong first, if anything did: then nothing that it computed is to be used.
+    /// Returns the first error, if there was one. Then no result of this GPU may be used.
     pub fn trouble(&self) -> Option<String> {
         self.trouble
             .lock()
@@ -207,7 +208,7 @@ impl Gpu {
     }
 }
 
-/// What kernels are compiled with.
+/// The objects with which kernels are compiled.
 struct Parts<'a> {
     device: &'a Device,
     layout: &'a PipelineLayout,
@@ -220,7 +221,7 @@ impl Parts<'_> {
         self.device.create_shader_module(ShaderModuleDescriptor { label: Some(shader.name()), source })
     }
 
-    /// A kernel, with numbers of its own.
+    /// Compiles a kernel, with `numbers` as its override constants.
     fn kernel(&self, module: &ShaderModule, entry: &str, numbers: &[(&str, f64)]) -> ComputePipeline {
         let side = ("SIDE", f64::from(self.group_side));
         let constants: Vec<(&str, f64)> = std::iter::once(side).chain(numbers.iter().copied()).collect();
@@ -238,17 +239,17 @@ impl Parts<'_> {
     }
 }
 
-/// Keeps what went wrong, if it is the first.
+/// Records an error, if it is the first.
 fn keep(trouble: &Mutex<Option<String>>, what: String) {
     trouble.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
 }
 
-/// A shader, of one or more kernels.
+/// A shader with one or more kernels.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shader {
-    /// Land of noise.
+    /// Makes land of noise.
     Relief,
-    /// Normals and weights of tiles.
+    /// Carves lines, and makes normals and ground weights of tiles.
     Tile,
 }
 
@@ -263,7 +264,7 @@ impl Shader {
         }
     }
 
-    /// All that is compiled for it.
+    /// Returns the complete source text for the compiler.
     pub fn source(self) -> String {
         let kernels = match self {
             Shader::Relief => include_str!(concat!(env!("TERRANE_SHADERS"), "/relief.wgsl")),
@@ -281,7 +282,7 @@ fn group_threads(limits: &Limits) -> u32 {
     limits.max_compute_invocations_per_workgroup
 }
 
-/// What an error says of itself: further lines tell where in wgpu it was.
+/// Returns the first line of an error message; further lines only tell where in wgpu it occurred.
 fn first_line(error: &wgpu::Error) -> String {
     error.to_string().lines().next().unwrap_or_default().to_owned()
 }

@@ -1,48 +1,49 @@
-//! What is asked of a GPU, divided into bands of rows: as many together as a submission takes.
+//! Jobs for a GPU, divided into bands of rows, and bands grouped into submissions.
 
 use super::slot::Slots;
 use crate::area::Area;
 use crate::relief::Block;
 use crate::tile::RUBBLE_REACH;
 
-/// What is asked for: land, and perhaps a tile on it.
+/// A job: land, and optionally a tile on it.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
-    /// The vertices whose land is wanted.
+    /// Vertices whose land is requested.
     pub land: Area,
-    /// The vertices of the tile, with as much land around them as its ground looks at.
+    /// Vertices of the tile. The land extends around them as far as the tile's ground depends on it.
     pub cells: Option<Area>,
-    /// The lines that shape the land ([`pack`](crate::lines::packed::pack)); empty where there are none.
+    /// Packed lines that shape the land ([`pack`](crate::lines::packed::pack)); empty if there are none.
     pub lines: Vec<u32>,
 }
 
 impl Job {
-    /// The planes that come back of the land, and of the tile's vertices.
+    /// Returns the number of planes that come back of the land's vertices, and of the tile's.
     pub fn planes(&self) -> [usize; 2] {
         [1 + IMPRINT_PLANES * usize::from(!self.lines.is_empty()), SURFACE_PLANES * usize::from(self.cells.is_some())]
     }
 }
 
-/// Planes of the vertices of a tile: three axes of normals, the slope, and two words of weights.
+/// Number of planes of a tile's vertices: three axes of normals, the slope, and two words of weights.
 pub(super) const SURFACE_PLANES: usize = 6;
 
-/// Planes of what lines do to land: what is cut, sand, water and dirt.
+/// Number of planes of an imprint: cut, sand, water and dirt.
 pub(super) const IMPRINT_PLANES: usize = 4;
 
-/// Words that a band has for itself, and bands of a submission at most: their table has room for so many.
+/// Number of words per band in the table of bands, and largest number of bands in a submission, for which the table has
+/// room.
 pub(super) const BAND_WORDS: usize = 16;
 pub(super) const BANDS: usize = 64;
 
-/// Words of their table, which comes first of all that goes up.
+/// Number of words in the table of bands, which is the first part of the upload.
 pub(super) const TABLE: usize = BANDS * BAND_WORDS;
 
-/// The most groups along an axis, which all adapters take.
+/// Largest number of workgroups along an axis that every adapter accepts.
 const MOST_BLOCKS: usize = 65_535;
 
-/// Rows by which a band grows while there is room.
+/// Number of rows by which a band grows while there is room.
 const ROWS: i64 = crate::noise::packed::BLOCK[1] as i64;
 
-/// What the ground of tiles looks at beside the land: noise, and rubble.
+/// Inputs of the tiles' ground other than land: noise, and rubble.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LooksAround {
     pub noise: bool,
@@ -52,21 +53,21 @@ pub(super) struct LooksAround {
 /// Some rows of a job.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Band {
-    /// The job's number.
+    /// Index of the job.
     pub job: usize,
-    /// The land that is made for it, which may overlap with that of the bands beside it; and the rows of it that are kept.
+    /// Land that is made for the band, which may overlap that of its neighbours, and the rows of it that are kept.
     pub land: Area,
     pub kept: Area,
-    /// The vertices of the tile; none where no tile is asked for.
+    /// Vertices of the tile; empty if no tile is requested.
     pub cells: Area,
-    /// Planes that come back of the land and of the tile's vertices.
+    /// Number of planes that come back of the land's vertices, and of the tile's.
     pub planes: [usize; 2],
-    /// Words of lines.
+    /// Number of words of the packed lines.
     lines: usize,
 }
 
 impl Band {
-    /// The rows of a job from one to another: of its tile, or of its land where it has none.
+    /// Makes the band of a job's rows from `y0` to `y1`: rows of its tile, or of its land if it has no tile.
     fn new(number: usize, job: &Job, y0: i64, y1: i64) -> Band {
         let land = job.land;
         let (planes, lines) = (job.planes(), job.lines.len());
@@ -87,12 +88,12 @@ impl Band {
         }
     }
 
-    /// Words of planes that come back.
+    /// Returns the number of words in all planes that come back.
     pub fn back_words(&self) -> usize {
         self.planes[0] * self.land.len() + self.planes[1] * self.cells.len()
     }
 
-    /// Takes what it fills off the planes of its job, of which bands before it have taken theirs.
+    /// Splits the band's part off the planes of its job. Bands before it must have taken theirs.
     pub fn split_off<'a>(&self, left: &mut [&'a mut [u32]]) -> Vec<&'a mut [u32]> {
         let of_land = std::iter::repeat_n(self.kept.len(), self.planes[0]);
         let counts = of_land.chain(std::iter::repeat_n(self.cells.len(), self.planes[1]));
@@ -100,7 +101,7 @@ impl Band {
         parts.map(|part| part.expect("a band is a part of its job")).collect()
     }
 
-    /// The vertices of a plane of rubble.
+    /// Returns the vertices of a plane of rubble.
     pub fn rubble(&self) -> Area {
         self.cells.padded(RUBBLE_REACH)
     }
@@ -116,7 +117,8 @@ impl Band {
     }
 }
 
-/// What bands take of a submission: blocks, and words of lines, of planes that come back and of planes that do not.
+/// Resources that bands use in a submission: blocks, words of lines, words of planes that come back, and words of
+/// planes that stay on the GPU.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cost {
     blocks: usize,
@@ -141,7 +143,7 @@ impl Cost {
     }
 }
 
-/// Jobs in bands, as many together as a submission takes; `None` where a single row is more than that.
+/// Divides jobs into bands, with as many bands per submission as fit; `None` if a single row is too large for one.
 pub(super) fn submissions(
     jobs: &[Job],
     looks: LooksAround,
@@ -154,7 +156,7 @@ pub(super) fn submissions(
         let rows = job.cells.unwrap_or(job.land);
         let mut y0 = rows.y0;
         while y0 < rows.y1 && !rows.is_empty() {
-            // To where the blocks of the world end, so that as few as can be are made twice.
+            // Bands end where rows of blocks end, so that as few blocks as possible are computed twice.
             let next = |y: &i64| (*y < rows.y1).then(|| ((y.div_euclid(ROWS) + 1) * ROWS).min(rows.y1));
             let ends = std::iter::successors(Some(y0), next).skip(1);
             let fits = |y1: &i64| {
@@ -165,7 +167,7 @@ pub(super) fn submissions(
             let is_first = submissions.last().is_some_and(Vec::is_empty);
             let y1 = match last {
                 Some(y1) if submissions.last().is_some_and(|bands| bands.len() < BANDS) => y1,
-                // A row of blocks is too much for a whole submission: fewer rows, then.
+                // A whole row of blocks is too large for a submission, so the band gets fewer rows.
                 None if is_first => (1..ROWS).rev().map(|count| (y0 + count).min(rows.y1)).find(fits)?,
                 _ => {
                     submissions.push(Vec::new());

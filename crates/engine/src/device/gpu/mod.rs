@@ -1,15 +1,16 @@
-//! Land and tiles of it on a GPU: the shaders in `shaders/`, a thread a vertex, with the bits of the CPU.
+//! Land and tiles on a GPU: the shaders in `shaders/` run one thread per vertex and give the bits of the CPU.
 //!
 //! ```text
-//!   adapter.rs   which GPUs there are, and one of them opened
-//!   job.rs       land and tiles that are asked for -> bands of rows -> submissions
+//!   adapter.rs   the available GPUs, and one of them opened
+//!   job.rs       requested land and tiles -> bands of rows -> submissions
 //!   slot.rs      the buffers of submissions
 //!   noise.rs     submissions -> kernel after kernel -> planes -> land of noise and tiles of it
-//!   probe.rs     whether this GPU gives the bits of the CPU
+//!   probe.rs     the test whether this GPU gives the bits of the CPU
 //! ```
 //!
-//! A GPU and its driver may fuse, reorder and round as the rules of Vulkan, Metal and DirectX let them. So the shader takes care
-//! that they cannot know what they would be reordering (`shaders/exact.wgsl`), and the probe looks whether that held.
+//! The rules of Vulkan, Metal and DirectX allow a GPU and its driver to fuse, reorder and round operations. So the
+//! shaders hide from the compiler what could be reordered (`shaders/exact.wgsl`), and the probe tests whether that
+//! worked.
 
 mod adapter;
 mod job;

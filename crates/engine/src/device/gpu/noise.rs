@@ -1,4 +1,5 @@
-//! Land of noise and tiles of it, made on a GPU in bands of rows: several bands a submission, several submissions under way.
+//! Land of noise and tiles of it, made on a GPU in bands of rows: with several bands per submission, and several
+//! submissions at a time.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,44 +22,44 @@ use crate::relief::{Block, NoiseRelief, PackedRelief};
 use crate::tile::{Blend, GroundRule, Normals, Surface, Tile, TilePlan};
 use crate::world::World;
 
-/// A GPU as a maker of land of noise, and of tiles of it.
+/// A GPU as a maker of land of noise, and of tiles on it.
 #[derive(Debug)]
 pub struct NoiseMaker {
     pub(super) gpu: Arc<Gpu>,
     pub(super) relief: Arc<NoiseRelief>,
     pub(super) rule: GroundRule,
-    /// The noise of the ground, and where it begins among what is the same for all.
+    /// Noise of the ground, and its offset in the words that all blocks share.
     rough: Option<(u32, NoiseRelief)>,
     looks: LooksAround,
-    /// Words of a block.
+    /// Number of words per block.
     block_words: usize,
     slots: Slots,
 }
 
-/// Tiles that are asked for at once: enough to keep a GPU busy while the CPU encodes the last ones.
+/// Number of tiles that should be requested at once: enough to keep a GPU busy while the CPU encodes earlier tiles.
 const TOGETHER: usize = 4;
 
-/// Bytes of a submission at most that go up, and that come back: so little that the next is made ready while one is under way, and so
-/// much that what a submission costs does not count.
+/// Largest size in bytes of a submission's upload, and of its readback: so small that the next submission can be
+/// prepared while one is under way, and so large that the overhead of a submission does not matter.
 const SUBMISSION_BYTES: u64 = 8 << 20;
 
-/// Submissions of one call that are under way at most: each has its buffers.
+/// Largest number of submissions of one call at a time, each with buffers of its own.
 const UNDER_WAY: usize = 16;
 
-/// The bands of a submission, and where their planes belong.
+/// The bands of a submission, and the planes that receive their values.
 type Bands<'a> = (Vec<Band>, Vec<&'a mut [u32]>);
 
-/// What a submission computes, once its slot was loaded.
+/// Sizes of a submission whose slot has been filled.
 struct Loaded {
     blocks: u32,
     bands: u32,
     words: Words,
-    /// The most vertices across and down of the land of a band that lines shape, and of the vertices of a tile.
+    /// Largest width and height, over all bands, of the land that lines shape, and of the tile.
     carved: [usize; 2],
     cells: [usize; 2],
 }
 
-/// What became of a job.
+/// Result of a job.
 pub(super) struct Made {
     pub heights: Grid<f32>,
     imprint: Vec<Grid<f32>>,
@@ -67,7 +68,7 @@ pub(super) struct Made {
 }
 
 impl NoiseMaker {
-    /// A maker of the land of a relief, and of tiles with that ground.
+    /// Creates a maker of a relief's land, and of tiles with this ground rule.
     pub fn new(gpu: Arc<Gpu>, relief: Arc<NoiseRelief>, rule: GroundRule) -> NoiseMaker {
         let mut packed = PackedRelief::default();
         relief.pack(&mut packed);
@@ -86,8 +87,8 @@ impl NoiseMaker {
         NoiseMaker { gpu, relief, rule, rough, looks, block_words, slots }
     }
 
-    /// What is asked for of a tile, given its vertices, the land that it is made of and its lines; `None` where the kernels do not know
-    /// such lines.
+    /// Makes the job of a tile from its vertices, the land that it is made of, and its lines; `None` if the kernels do
+    /// not support these lines.
     pub(super) fn tile_job<'a>(cells: Area, land: Area, lines: impl IntoIterator<Item = &'a Line>) -> Option<Job> {
         let mut lines = packed::pack(lines, land)?;
         if lines[0] == 0 {
@@ -96,7 +97,8 @@ impl NoiseMaker {
         Some(Job { land, cells: Some(cells), lines })
     }
 
-    /// What becomes of each job, or `None`: when something went wrong, which is a [trouble](Gpu::trouble) then, or a job is too large.
+    /// Carries out all jobs. `None` if a job is too large, or if something failed, which is then recorded as
+    /// [trouble](Gpu::trouble).
     pub(super) fn make(&self, jobs: &[Job], clock: &Clock) -> Option<Vec<Made>> {
         let submissions = submissions(jobs, self.looks, &self.slots, self.block_words)?;
         let made = self.make_all(jobs, submissions, clock);
@@ -106,15 +108,16 @@ impl NoiseMaker {
         made.filter(|_| self.gpu.trouble().is_none())
     }
 
-    /// On one thread where one submission does: who asks for no more may hold what other work of the pool waits for.
+    /// Carries out all submissions, on the calling thread alone if there is only one. The caller of a small request may
+    /// hold a lock that other work of the pool waits for, so such work must not begin on its thread.
     fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
         let is_one = submissions.len() < 2;
         let mut made: Vec<Made> = match is_one {
             true => jobs.iter().map(Made::room).collect(),
-            // To clear memory takes as long as to fill it.
+            // In parallel, because clearing memory takes as long as filling it.
             false => jobs.par_iter().map(Made::room).collect(),
         };
-        // What is left to be filled of each plane: bands come from north to south.
+        // The part of each plane that is not filled yet. Bands fill it from north to south.
         let mut left: Vec<Vec<&mut [u32]>> = made.iter_mut().map(Made::planes_mut).collect();
         let mut lanes: Vec<Vec<Bands<'_>>> = Vec::new();
         lanes.resize_with(UNDER_WAY.min(submissions.len()), Vec::new);
@@ -130,13 +133,13 @@ impl NoiseMaker {
         };
         match is_one {
             true => lanes.into_iter().try_for_each(carry_out)?,
-            // What the CPU does for one goes on while the GPU makes another.
+            // The CPU prepares or reads one submission while the GPU computes another.
             false => lanes.into_par_iter().map(carry_out).collect::<Option<()>>()?,
         }
         Some(made)
     }
 
-    /// Writes into a slot what the kernels need for some bands; `None` when something went wrong.
+    /// Writes the kernels' input for some bands into a slot; `None` if mapping fails.
     fn load(&self, jobs: &[Job], bands: &[Band], slot: &Slot) -> Option<Loaded> {
         let mut blocks: Vec<Block> = Vec::new();
         let mut table = vec![0; TABLE];
@@ -144,10 +147,10 @@ impl NoiseMaker {
         let count =
             |band: &Band| Block::count(band.land) + if self.rough.is_some() { Block::count(band.cells) } else { 0 };
         let lines_at = TABLE + self.block_words * bands.iter().map(count).sum::<usize>();
-        // Words that are mapped begin at every second.
+        // Mapped ranges must begin at an even word.
         let lines_at = lines_at.next_multiple_of(2);
         let mut back = 0;
-        // What does not come back lies behind all that does.
+        // Planes that stay on the GPU lie behind all that come back.
         let mut left: usize = bands.iter().map(Band::back_words).sum();
         let (mut carved, mut cells) = ([0; 2], [0; 2]);
         let widen = |most: &mut [usize; 2], area: Area| {
@@ -217,7 +220,7 @@ impl NoiseMaker {
         })
     }
 
-    /// Kernel after kernel.
+    /// Encodes all kernels of a submission, one after the other.
     fn compute(&self, pass: &mut ComputePass<'_>, loaded: &Loaded) {
         let kernels = self.gpu.kernels();
         let side = self.gpu.group_side;
@@ -240,7 +243,7 @@ impl NoiseMaker {
         over(&kernels.surface, loaded.cells);
     }
 
-    /// Hands bands to the GPU.
+    /// Submits bands to the GPU.
     fn submit(&self, jobs: &[Job], bands: &[Band]) -> Option<UnderWay> {
         let slot = self.slots.take(&self.gpu);
         let loaded = self.load(jobs, bands, &slot)?;
@@ -248,7 +251,7 @@ impl NoiseMaker {
         self.gpu.trouble().is_none().then_some(submission)
     }
 
-    /// Waits for the submission of some bands, and puts its values where they belong, plane by plane.
+    /// Waits for the submission of some bands, and copies its values to the planes of their jobs.
     fn read(&self, bands: &[Band], submission: UnderWay, room: Vec<&mut [u32]>, clock: &Clock) -> Option<()> {
         clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?;
         clock.time(stage::GPU_READS, || {
@@ -270,8 +273,8 @@ impl NoiseMaker {
         Some(())
     }
 
-    /// How long the kernels take for the land of an area, or a tile on it with no lines, without what goes to the GPU and comes from
-    /// it: for benchmarks. `None` when something goes wrong, or a submission does not take it.
+    /// Measures the time of the kernels for the land of an area, or for a tile on it without lines, excluding upload
+    /// and readback, for benchmarks. `None` if something fails, or if the work does not fit into one submission.
     pub fn kernel_time(&self, land: Area, cells: Option<Area>, times: u32) -> Option<Duration> {
         let jobs = [Job { land, cells, lines: Vec::new() }];
         let submissions = submissions(&jobs, self.looks, &self.slots, self.block_words)?;
@@ -285,7 +288,7 @@ impl NoiseMaker {
 }
 
 impl Made {
-    /// Room for what becomes of a job.
+    /// Allocates the planes for the result of a job.
     fn room(job: &Job) -> Made {
         let [of_land, of_cells] = job.planes();
         let cells = job.cells.filter(|_| of_cells == SURFACE_PLANES).unwrap_or(Area { x1: job.land.x0, ..job.land });
@@ -299,14 +302,14 @@ impl Made {
         }
     }
 
-    /// All planes, in the order in which they come back.
+    /// Returns all planes, in the order in which they come back.
     fn planes_mut(&mut self) -> Vec<&mut [u32]> {
         let floats = [&mut self.heights].into_iter().chain(&mut self.imprint).chain(&mut self.normals);
         let floats = floats.map(|grid| cast_slice_mut(grid.values_mut()));
         floats.chain(self.weights.iter_mut().map(Grid::values_mut)).collect()
     }
 
-    /// The land, and the surface of the tile on it, which those lines have shaped.
+    /// Returns the land, and the surface of the tile on it; `lines` are those that shaped the land.
     pub fn into_parts<'a>(self, lines: impl IntoIterator<Item = &'a Line>) -> (Grid<f32>, Surface) {
         let Made { heights, imprint, normals, weights } = self;
         let imprint: Option<[Grid<f32>; IMPRINT_PLANES]> = imprint.try_into().ok();
@@ -321,7 +324,7 @@ impl Made {
     }
 }
 
-/// Planes of words of weights among those of a surface.
+/// Number of planes among those of a surface that hold words of weights.
 const WORDS: usize = 2;
 
 impl LandMaker for NoiseMaker {

@@ -1,4 +1,4 @@
-//! Whether a GPU gives the bits of the CPU: looked at, for no rule promises it.
+//! The probe: tests whether a GPU gives the bits of the CPU, because no rule guarantees it.
 
 use std::sync::Arc;
 
@@ -18,17 +18,19 @@ use crate::relief::NoiseRelief;
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 use crate::tile::{GroundRule, RUBBLE_REACH, Surface};
 
-/// Sides of the tiles that are compared: several blocks, whole ones and parts.
+/// Sides of the compared tiles: they contain whole blocks and parts of blocks.
 const SIDES: [usize; 2] = [200, 100];
 
-/// Vertices of land around a tile: the slope of what rubble comes from.
+/// Width in vertices of the land around a tile: the reach of rubble, and one more for the slope of the rock where it
+/// comes from.
 const PAD: usize = RUBBLE_REACH + 1;
 
-/// Whether a GPU makes land of noise and tiles of it with the bits of the CPU: of every kind of fractal, with waves of all lengths,
-/// warped, through curves and masks; with rivers and roads, and with all that a ground can have without water.
+/// Tests whether a GPU makes land of noise and tiles of it with the bits of the CPU: with every kind of fractal and
+/// waves of all lengths, warped, through curves and masks; with rivers and roads, and with every kind of ground that
+/// needs no water.
 ///
 /// # Errors
-/// A sentence that says what differs first, or what the GPU does not take.
+/// A sentence that names the first difference, or the limit of the GPU that is exceeded.
 pub fn probe(adapter: &Adapter) -> Result<(), String> {
     let gpu = Arc::new(Gpu::open(adapter, GROUP_SIDE)?);
     let Probed { relief, ground } = toml::from_str(include_str!("probe.toml")).expect("what a preset may say");
@@ -39,7 +41,7 @@ pub fn probe(adapter: &Adapter) -> Result<(), String> {
     })
 }
 
-/// Land and ground with all that the kernels know.
+/// Settings of land and ground that use every feature of the kernels.
 #[derive(Deserialize)]
 struct Probed {
     relief: Vec<ReliefSettings>,
@@ -61,7 +63,8 @@ impl ReliefSettings {
     }
 }
 
-/// A line of an agent across an area that begins at a vertex, with a bend, and with pieces of no length and of little.
+/// Makes an agent's line across an area that begins at `origin`, with a bend, and with pieces of zero and of very small
+/// length.
 fn line(origin: [i64; 2], bed: Bed, floor_m: f64) -> Line {
     let kind = if matches!(bed, Bed::Dug { .. }) { LineKind::River } else { LineKind::Road };
     let places = [[-20.0, 70.0], [3.5, 41.25], [3.5, 41.25], [60.7, 45.1], [61.0, 45.0], [120.3, 11.9], [230.0, 60.0]];
@@ -90,7 +93,7 @@ fn line(origin: [i64; 2], bed: Bed, floor_m: f64) -> Line {
     }
 }
 
-/// A tile as it is compared.
+/// A tile to compare.
 struct Compared {
     cells: Area,
     lines: Vec<Line>,
@@ -107,10 +110,10 @@ impl Compared {
 }
 
 impl NoiseMaker {
-    /// Compares the land, the normals and the ground of some tiles, near and far, with those of the CPU.
+    /// Compares land, normals and ground of several tiles, near to the origin and far from it, with those of the CPU.
     ///
     /// # Errors
-    /// A sentence that says what differs first.
+    /// A sentence that names the first difference.
     pub fn probe(&self) -> Result<(), String> {
         let near = [(0, 0), (-517, 211), (70_001, -40_003)];
         let far = [(1 << 31, -(1 << 33)), (-(1 << 47) - 5, 1 << 50), (MAX_COORDINATE - 300, -MAX_COORDINATE + 77)];
@@ -121,7 +124,7 @@ impl NoiseMaker {
                 Bed::Trodden { shoulder_m: 4.0, graded: true },
                 Bed::Trodden { shoulder_m: 2.5, graded: false },
             ];
-            // None, one, two, three.
+            // None, one, two or three lines.
             let lines = beds.into_iter().take(number % 4).zip([[x, y], [x + 7, y - 9], [x + 30, y + 2]]);
             let lines = lines.map(|(bed, origin)| line(origin, bed, 40.0)).collect();
             Compared { cells: Area::new(x, y, width, height), lines }
@@ -130,7 +133,7 @@ impl NoiseMaker {
         self.compare(&tiles)
     }
 
-    /// Calls `compare` with each tile as the GPU makes it, and as the CPU does.
+    /// Calls `compare` with each tile as the GPU makes it, and as the CPU makes it.
     fn each(
         &self,
         tiles: &[Compared],
@@ -179,7 +182,7 @@ impl NoiseMaker {
     }
 }
 
-/// Compares what a GPU has made of something with what the CPU has.
+/// Compares a grid made by a GPU with that of the CPU, bit by bit.
 fn equal<T: Copy + std::fmt::Display>(
     (gpu, what): (&str, &str),
     made: &Grid<T>,

@@ -1,4 +1,4 @@
-//! Submissions and their buffers, which are kept for the next ones: to make them takes longer than to fill them.
+//! Submissions and their buffers. Buffers are reused, because creating them takes longer than filling them.
 
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Mutex, PoisonError};
@@ -14,49 +14,51 @@ use wgpu::{
 
 use super::adapter::Gpu;
 
-/// The buffers of a submission.
+/// The buffers of one submission.
 #[derive(Debug)]
 pub(super) struct Slot {
-    /// What it is told: where the CPU writes it, and where kernels read it.
+    /// Input of the submission: `up` is written by the CPU and copied to `own`, which kernels read.
     up: Buffer,
     own: Buffer,
-    /// Planes of values, and where the CPU can read those that come back.
+    /// Planes of values that kernels write, and the buffer from which the CPU reads those that come back.
     planes: Buffer,
     back: Buffer,
     group: BindGroup,
 }
 
-/// Slots that nothing is under way in, of one size, and what kernels read in all of them.
+/// Free slots, all of one size, and the buffers that all of them share.
 #[derive(Debug)]
 pub(super) struct Slots {
-    /// Words that go up and that come back at most, and that do not come back.
+    /// Size of a slot: the largest number of words that are uploaded, that come back, and that stay on the GPU, each.
     pub words: usize,
     job: Buffer,
     same: Buffer,
     free: Mutex<Vec<Slot>>,
 }
 
-/// Words of a submission that go up, and that come back.
+/// Numbers of words of one submission.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Words {
-    /// Those that go up for it alone.
+    /// Words that are uploaded for this submission.
     pub own: usize,
-    /// Those that come back.
+    /// Words that come back.
     pub back: usize,
 }
 
-/// A submission under way.
+/// A submission that the GPU is working on.
 pub(super) struct UnderWay {
     slot: Slot,
     words: Words,
     index: SubmissionIndex,
-    /// Whether the CPU can read what comes back, and write into the slot again.
+    /// Receives the result of mapping both buffers: when both are mapped, the CPU can read the values and refill the
+    /// slot.
     mapped: Receiver<Result<(), BufferAsyncError>>,
 }
 
 impl Slots {
-    /// Slots for so many bytes, if the GPU takes as many. Kernels read the words that are the `same` for all, among which those of a
-    /// rule begin at one, and know how many words a block has: `shaders/job.wgsl`.
+    /// Creates slots for this many bytes, or fewer if the GPU's buffers are smaller. All kernels share the words in
+    /// `same`, among which the ground rule begins at word `rule`, and the number of words per block: see
+    /// `shaders/job.wgsl`.
     pub fn new(gpu: &Gpu, bytes: u64, same: &[u32], [block_words, rule]: [usize; 2]) -> Slots {
         let filled = |words: &[u32], usage: BufferUsages| {
             let contents = cast_slice(words);
@@ -64,19 +66,20 @@ impl Slots {
         };
         Slots {
             words: bytes.min(gpu.storage_bytes / 2) as usize / 4,
-            // The first is zero, which no compiler knows.
+            // The first word is zero, which no compiler can know: see `shaders/exact.wgsl`.
             job: filled(&[0, block_words as u32, rule as u32], BufferUsages::UNIFORM),
             same: filled(same, BufferUsages::STORAGE),
             free: Mutex::default(),
         }
     }
 
-    /// Bytes of the CPU's memory that so many slots take: what goes up and what comes back.
+    /// Returns the bytes of the CPU's memory that this many slots take: for the words that are uploaded and those that
+    /// come back.
     pub fn host_bytes(&self, count: usize) -> u64 {
         8 * (count * self.words) as u64
     }
 
-    /// A slot that is free, or a new one.
+    /// Takes a free slot, or creates a new one.
     pub fn take(&self, gpu: &Gpu) -> Slot {
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
         free.unwrap_or_else(|| {
@@ -98,7 +101,7 @@ impl Slots {
         })
     }
 
-    /// Keeps the slot of a submission whose values were read.
+    /// Returns the slot of a submission, whose values have been read, to the free slots.
     pub fn give_back(&self, submission: UnderWay) {
         submission.slot.back.unmap();
         self.free.lock().unwrap_or_else(PoisonError::into_inner).push(submission.slot);
@@ -106,12 +109,13 @@ impl Slots {
 }
 
 impl Slot {
-    /// Where words are written that go up, from one on: every second can be the first. `None` when something went wrong.
+    /// Returns a mapped view of the input from word `first` on, which must be an even number. `None` if mapping fails.
     pub fn view(&self, first: usize, words: usize) -> Option<BufferViewMut> {
         self.up.get_mapped_range_mut(4 * first as u64..4 * (first + words) as u64).ok()
     }
 
-    /// The commands that take up the words, compute, and copy what comes back where the CPU can read it.
+    /// Encodes the commands that upload the words, compute, and copy the values that come back to where the CPU can
+    /// read them.
     fn commands(&self, gpu: &Gpu, words: Words, compute: impl FnOnce(&mut ComputePass<'_>)) -> CommandBuffer {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(&self.up, 0, &self.own, 0, 4 * words.own as u64);
@@ -126,19 +130,20 @@ impl Slot {
         encoder.finish()
     }
 
-    /// Hands what was written to the GPU.
+    /// Submits the written input to the GPU.
     pub fn submit(self, gpu: &Gpu, words: Words, compute: impl FnOnce(&mut ComputePass<'_>)) -> UnderWay {
         self.up.unmap();
         let index = gpu.queue.submit([self.commands(gpu, words, compute)]);
         let (tell, mapped) = mpsc::channel();
         let told = tell.clone();
-        // Nobody listens any more where something else went wrong.
+        // Sending fails if the receiver was dropped after another error; that is ignored.
         self.back.map_async(MapMode::Read, ..4 * words.back as u64, move |result| _ = tell.send(result));
         self.up.map_async(MapMode::Write, .., move |result| _ = told.send(result));
         UnderWay { slot: self, words, index, mapped }
     }
 
-    /// How long the GPU computes, without what goes up and comes back: for benchmarks. `compute` is asked to compute so many times.
+    /// Measures the time that the GPU computes, without upload and readback, for benchmarks. `compute` repeats its work
+    /// as many times as its second argument says.
     pub fn time(
         self,
         gpu: &Gpu,
@@ -154,7 +159,7 @@ impl Slot {
             gpu.device.poll(PollType::Wait { submission_index, timeout: None }).ok()?;
             Some(start.elapsed())
         };
-        // What a submission costs is in both.
+        // The overhead of a submission is in both measurements and cancels out.
         spent(times)?;
         let once = spent(times)?;
         Some(spent(2 * times)?.saturating_sub(once) / times)
@@ -162,13 +167,13 @@ impl Slot {
 }
 
 impl UnderWay {
-    /// Waits until it has ended; `None` when something went wrong.
+    /// Waits until the submission has ended; `None` if it failed.
     pub fn wait(&self, gpu: &Gpu) -> Option<()> {
         gpu.device.poll(PollType::Wait { submission_index: Some(self.index.clone()), timeout: None }).ok()?;
         self.mapped.iter().all(|result| result.is_ok()).then_some(())
     }
 
-    /// What has come back, once it was [waited](UnderWay::wait) for.
+    /// Returns the values that came back. Call [`wait`](UnderWay::wait) first.
     pub fn values(&self) -> Option<BufferView> {
         self.slot.back.get_mapped_range(..4 * self.words.back as u64).ok()
     }

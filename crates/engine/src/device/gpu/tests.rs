@@ -1,4 +1,5 @@
-//! The GPU beside the CPU. On a machine without one, or a program that does as if it were one, these tests say that they skip.
+//! Tests of the GPU against the CPU. On a machine with neither a GPU nor a software implementation of one, these tests
+//! print that they are skipped.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -21,7 +22,7 @@ use crate::relief::Relief;
 use crate::tile::{GroundRule, Tile, TilePlan};
 use crate::world::World;
 
-/// The GPU that the tests run on.
+/// Returns the GPU for the tests.
 fn adapter() -> Option<Adapter> {
     let adapter = adapters().into_iter().next();
     if adapter.is_none() {
@@ -30,7 +31,8 @@ fn adapter() -> Option<Adapter> {
     adapter
 }
 
-/// Noise of the built-in presets, near and from afar: all kinds of fractals, warped and not, with masks.
+/// Returns worlds of noise of the built-in presets, at full resolution and at coarse strides: with all kinds of
+/// fractals, with and without warp, with masks.
 fn worlds() -> Vec<World> {
     let strides = [1, 2, 16, 256].map(|vertices| Stride::new(vertices).expect("a power of two"));
     let world = |(name, stride): (&str, Stride)| {
@@ -51,7 +53,7 @@ fn maker(gpu: Arc<Gpu>, world: &World) -> NoiseMaker {
     }
 }
 
-/// Nothing was left to the CPU that the GPU can make.
+/// Asserts that the GPU made everything that it can make.
 fn assert_made_there(clock: &Clock) {
     let stages: Vec<String> = clock.stages().into_iter().map(|(stage, _)| stage).collect();
     assert!(stages.iter().any(|name| name == stage::GPU_READS), "{stages:?}");
@@ -59,7 +61,7 @@ fn assert_made_there(clock: &Clock) {
     assert!(!stages.iter().any(|name| own.contains(&name.as_str())), "{stages:?}");
 }
 
-/// Areas of all forms: smaller than a block, across many, at the ends of the world.
+/// Returns areas of all shapes: smaller than a block, across many blocks, and at the ends of the world.
 fn scenes() -> Vec<Area> {
     vec![
         Area::new(0, 0, 1, 1),
@@ -101,7 +103,7 @@ fn more_than_a_submission_takes_goes_in_several() {
     let gpu = Arc::new(Gpu::open(&adapter, 8).expect("a GPU that can be opened"));
     let world = worlds().remove(0);
     let maker = maker(gpu, &world);
-    // Together more than a submission, the second alone as well.
+    // All areas together exceed a submission, and so does the second alone.
     let areas = [Area::new(-9, -9, 300, 200), Area::new(-1500, 64, 1490, 1500), Area::new(7, 7, 40, 90)];
     let lands = maker.lands(&areas, &Clock::default());
     assert_eq!(maker.trouble(), None);
@@ -110,7 +112,8 @@ fn more_than_a_submission_takes_goes_in_several() {
     }
 }
 
-/// Who asks for one tile may hold what other work of the same pool waits for, so none of that may begin on its thread.
+/// The caller that asks for one tile may hold a lock that other work of the same pool waits for, so no such work may
+/// begin on its thread.
 #[test]
 fn a_tile_is_made_without_other_work_of_the_pool() {
     thread_local!(static IS_MAKING: Cell<bool> = const { Cell::new(false) });
@@ -126,7 +129,8 @@ fn a_tile_is_made_without_other_work_of_the_pool() {
         drop(maker.tiles(&world, vec![plan], &Clock::default()));
         IS_MAKING.set(false);
     };
-    // All wait in one place, from which each thread takes the next one, or what another has begun to share.
+    // All jobs wait in one queue. Each idle thread takes the next job, or work that another thread has started to
+    // share.
     pool.scope(|scope| (0..64).for_each(|x| scope.spawn(move |_| make(x))));
     assert_eq!(maker.trouble(), None);
 }
@@ -159,7 +163,7 @@ fn a_gpu_that_gives_the_bits_of_the_cpu_is_used() {
     assert_eq!(probe(&adapter), Ok(()));
 }
 
-/// A preset of noise with agents' lines, and one whose ground looks at all that is around a vertex.
+/// Returns a world of noise with agents' lines, and one whose ground depends on the surroundings of each vertex.
 fn tiled() -> Vec<World> {
     let thesis = Preset::load("thesis").expect("it is built in").1;
     let mut rough = Preset::load("mountains").expect("it is built in").1;
@@ -198,7 +202,7 @@ fn tiles_have_the_bits_of_the_cpu() {
     assert!(shaped > 2, "{shaped} tiles with lines");
 }
 
-/// Quotients and roots of pairs of numbers, by a GPU with that arithmetic.
+/// Computes quotients and roots of pairs of numbers on a GPU, with the arithmetic of the shader text `exact`.
 fn quotients_and_roots(gpu: &Gpu, exact: &str, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
     let arithmetic = [include_str!(concat!(env!("TERRANE_SHADERS"), "/job.wgsl")), exact].join("\n");
     let kernel = "@compute @workgroup_size(64)
@@ -260,7 +264,8 @@ fn quotients_and_roots(gpu: &Gpu, exact: &str, pairs: &[[f32; 2]]) -> Vec<[f32; 
 fn quotients_and_roots_have_the_bits_of_the_cpu() {
     let Some(adapter) = adapter() else { return };
     let gpu = Gpu::open(&adapter, 8).expect("a GPU that can be opened");
-    // Numbers of all sizes from 2^-60 to 2^60, with few bits and with many, powers of two and those beside them.
+    // Numbers from 2^-60 to 2^60, with few significant bits and with many, powers of two and the numbers just beside
+    // them.
     let number = |stream: u64, index: u64| {
         let bits = hash::lattice(stream, index as i64, 0);
         let exponent = 67 + (bits >> 32) as u32 % 120;
@@ -276,7 +281,8 @@ fn quotients_and_roots_have_the_bits_of_the_cpu() {
     let pairs: Vec<[f32; 2]> = (0..1_000_000)
         .map(|index| {
             let sign = |number: f32, bit: u64| if index >> bit & 1 == 1 { -number } else { number };
-            // Every third one of the same size, as most are.
+            // Signs vary. In every third pair the dividend is a rounded multiple of the divisor, so the quotient is
+            // close to a float.
             let b = sign(number(2, index), 1);
             match index % 3 {
                 0 => [number(1, index) / 2.0f32.powi(30), b],
@@ -289,11 +295,11 @@ fn quotients_and_roots_have_the_bits_of_the_cpu() {
         .collect();
     assert!(pairs.len() > 990_000);
     let exact = adapter::EXACT;
-    // As by a GPU whose own quotients and roots are off by six units in the last place: the rules allow three.
+    // Simulates a GPU whose own quotients and roots are off by six units in the last place; the rules allow three.
     let worse = exact.replace("8388608.0", "8388613.0").replace("2896.3093", "2896.311");
     assert!(worse.contains("8388613.0") && worse.contains("2896.311"), "{exact}");
     for arithmetic in [exact, &worse] {
-        // Half of all signs are those of dividends, of which no root is asked.
+        // No dividend is negative, so each has a root.
         for ([a, b], [quotient, root]) in pairs.iter().zip(quotients_and_roots(&gpu, arithmetic, &pairs)) {
             assert_eq!(quotient.to_bits(), (a / b).to_bits(), "{a:e} / {b:e} is {quotient:e}, not {:e}", a / b);
             assert_eq!(root.to_bits(), a.sqrt().to_bits(), "the root of {a:e} is {root:e}, not {:e}", a.sqrt());

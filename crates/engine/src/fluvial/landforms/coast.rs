@@ -1,4 +1,4 @@
-//! Coasts: the lines between land and sea, in pieces that belong to cells of the world.
+//! Coasts: the lines between land and sea, cut into pieces at the borders of cells of the world.
 
 use crate::area::Area;
 use crate::clock::Clock;
@@ -12,31 +12,31 @@ use crate::memory::heap_bytes;
 /// Vertices a side of a cell.
 pub(super) const CELL: i64 = 512;
 
-/// Metres above or under the water at the least, so that no crossing lies on a vertex.
+/// Least height in metres above or below the water at a vertex, so that no crossing lies exactly on a vertex.
 const LEAST_M: f32 = 1e-3;
 
-/// The id of a piece of coast: its cell, and its number there from north to south.
+/// The id of a piece of coast: its cell, and its number in that cell from north to south.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CoastId {
     /// Column and row of the cell, 512 vertices a side.
     pub cell: (i64, i64),
-    /// From 0.
+    /// Number of the piece in its cell, from 0.
     pub number: u32,
 }
 
 /// A piece of coast, with the land on its left in a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coast {
-    /// Its name in the world.
+    /// The id of the piece, the same in every area.
     pub id: CoastId,
-    /// Vertices east and south of the origin; of an island within a cell, the last point is the first.
+    /// Vertices east and south of the origin; for an island within a cell, the last point is the first.
     pub line: Vec<[f64; 2]>,
 }
 
 heap_bytes!(Coast: line);
 
 impl Coast {
-    /// All pieces of a cell.
+    /// Finds all pieces of a cell.
     pub(super) fn of_cell(fluvial: &Fluvial, cell: (i64, i64)) -> Vec<Coast> {
         let area = Area::new(cell.0 * CELL, cell.1 * CELL, CELL as usize + 1, CELL as usize + 1);
         if !fluvial.may_have_coast(area) {
@@ -50,7 +50,7 @@ impl Coast {
             let kinds = water.kind.row(y, area.x0, area.x1);
             let heights = land.heights.row(y, area.x0, area.x1);
             for ((value, kind), height_m) in values.row_mut(y, area.x0, area.x1).iter_mut().zip(kinds).zip(heights) {
-                // A river's bed may lie deeper than the sea without being sea.
+                // A river's bed may lie deeper than the sea's level without being sea.
                 let above_m = height_m - sea_m;
                 *value = if *kind == WaterKind::Sea { above_m.min(-LEAST_M) } else { above_m.max(LEAST_M) };
             }
@@ -59,7 +59,7 @@ impl Coast {
         (0..).zip(lines).map(|(number, line)| Coast { id: CoastId { cell, number }, line }).collect()
     }
 
-    /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
+    /// Tells whether a part of the coast lies in the rectangle that the outer vertices of an area span.
     pub fn touches(&self, area: &Area) -> bool {
         let corner = [(area.x1 - 1 - area.x0) as f64, (area.y1 - 1 - area.y0) as f64];
         let from = |point: [f64; 2]| [point[0] - area.x0 as f64, point[1] - area.y0 as f64];

@@ -1,4 +1,4 @@
-//! Lines between what is inside and what is outside, by marching squares.
+//! Contours: lines between inside and outside, by marching squares.
 
 use std::collections::BTreeMap;
 
@@ -7,36 +7,37 @@ use crate::grid::Grid;
 /// A line between vertices, in vertices east and south of the origin; the inside is on its left in a map with north up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contour {
-    /// At least two points; of a ring, the last is the first.
+    /// At least two points; in a ring, the last is the first.
     pub points: Vec<[f64; 2]>,
-    /// Whether it is a ring.
+    /// True if the contour is a ring.
     pub closed: bool,
 }
 
-/// An edge of the lattice: its western or northern vertex, y before x, and whether it goes south.
+/// An edge of the lattice: its western or northern vertex, y before x, and true if it runs south.
 type LatticeEdge = (i64, i64, bool);
 
-/// The lines around the vertices whose value is above zero, in the order of where they begin, from north to south.
+/// Returns the lines around the vertices whose value is above zero, sorted by their first points from north to south.
 ///
-/// A crossing is computed from the two vertices of its edge alone, always in the same order, so lines of two grids that
-/// share a row of vertices meet there to the bit. Vertices that touch at a corner are not connected.
+/// A crossing is computed from the two vertices of its edge alone, always in the same order, so the lines of two grids
+/// that share a row of vertices meet there to the bit. Vertices that touch at a corner are not connected.
 pub fn contours(values: &Grid<f32>) -> Vec<Contour> {
     let area = values.area();
     let inside = |x: i64, y: i64| values.at(x, y) > 0.0;
-    // Each crossed edge has at most one line that leaves it and one that comes to it.
+    // Each crossed edge has at most one line that leaves it and one that arrives at it.
     let mut next: BTreeMap<LatticeEdge, LatticeEdge> = BTreeMap::new();
     let mut reached: BTreeMap<LatticeEdge, LatticeEdge> = BTreeMap::new();
     for y in area.y0..area.y1 - 1 {
         let (north, south) = (values.row(y, area.x0, area.x1), values.row(y + 1, area.x0, area.x1));
         for (x, (north, south)) in (area.x0..).zip(north.windows(2).zip(south.windows(2))) {
-            // Clockwise from the north-western corner, with the edge to the next one.
+            // Corners clockwise from the north-western one, each with the edge to the next corner.
             let corners = [north[0] > 0.0, north[1] > 0.0, south[1] > 0.0, south[0] > 0.0];
             if corners == [corners[0]; 4] {
                 continue;
             }
             let edges = [(y, x, false), (y, x + 1, true), (y + 1, x, false), (y, x, true)];
             for side in 0..4 {
-                // From where the way around the cell comes inside to where it next goes outside.
+                // Walking around the cell: from the edge where the walk comes inside to the edge where it next goes
+                // outside.
                 if !corners[side] && corners[(side + 1) % 4] {
                     let leaves = (1..4).map(|step| (side + step) % 4).find(|side| !corners[(side + 1) % 4]);
                     let leaves = edges[leaves.expect("what comes inside goes outside again")];
@@ -65,7 +66,7 @@ pub fn contours(values: &Grid<f32>) -> Vec<Contour> {
             contours.push((first, Contour { points, closed }));
         }
     };
-    // Lines that come from the border, then rings.
+    // First the lines that begin at the border, then the rings.
     let starts: Vec<LatticeEdge> = next.keys().filter(|edge| !reached.contains_key(edge)).copied().collect();
     for first in starts {
         begin(first, &mut next, false);
@@ -78,9 +79,9 @@ pub fn contours(values: &Grid<f32>) -> Vec<Contour> {
     contours.into_iter().map(|(_, contour)| contour).collect()
 }
 
-/// Twice the signed area within a ring, in square vertices: above zero where it runs anticlockwise in a map.
+/// Twice the signed area within a ring, in square vertices: positive if the ring runs anticlockwise in a map.
 pub fn twice_area(ring: &[[f64; 2]]) -> f64 {
-    // Relative to its first point, so that numbers stay small.
+    // Relative to the ring's first point, so that numbers stay small.
     let [x, y] = ring[0];
     let at = |point: [f64; 2]| [point[0] - x, y - point[1]];
     ring.windows(2).fold(0.0, |sum, pair| {

@@ -16,29 +16,30 @@ use crate::memory::heap_bytes;
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lake {
-    /// Its name in the world.
+    /// The id of the lake, the same in every area.
     pub id: LakeId,
-    /// Its shore, anticlockwise in a map, and those of its islands, clockwise: rings in vertices east and south of the
+    /// The shore, anticlockwise in a map, and the shores of islands, clockwise: rings in vertices east and south of the
     /// origin, each ending where it begins.
     pub rings: Vec<Vec<[f64; 2]>>,
-    /// Height of its surface in metres.
+    /// Height of the lake's surface in metres.
     pub level_m: f64,
-    /// Square metres within the shore, without islands.
+    /// Area of the water in square metres, without islands.
     pub area_m2: f64,
-    /// The river that runs out of it.
+    /// The river that leaves the lake.
     pub outlet: Option<LineId>,
 }
 
 heap_bytes!(Lake: rings);
 
-/// The least metres by which the shore is under or above the water at a vertex: no crossing lies on a vertex.
+/// Least depth in metres of a lake's vertex, and least height of a vertex on land, so that no crossing lies exactly on
+/// a vertex.
 const LEAST_M: f32 = 1e-3;
 
-/// Times that more is looked at around a lake whose shore is not found.
+/// Greatest number of areas tried, each with twice the pad of the one before, to find the whole shore of a lake.
 const MOST_LOOKS: u32 = 4;
 
 impl Lake {
-    /// The lake of an id; `None` if it shows at no vertex.
+    /// Finds the lake of an id; `None` if no vertex lies in it.
     pub(crate) fn new(fluvial: &Fluvial, id: LakeId) -> Option<Lake> {
         let channels = fluvial.lake_channels(id);
         let knots = || channels.iter().flat_map(|channel| &channel.knots).filter(|knot| knot.pool_m > NO_LAKE);
@@ -47,7 +48,7 @@ impl Lake {
         let low = knots().fold(deepest.at, |low, Knot { at, .. }| Point { x: low.x.min(at.x), y: low.y.min(at.y) });
         let high = knots().fold(deepest.at, |high, Knot { at, .. }| Point { x: high.x.max(at.x), y: high.y.max(at.y) });
         let half_width = Hollow::widest(fluvial.fields(), id.0.0);
-        // Its bays may go further than it is wide.
+        // A lake's bays may reach further than the lake is wide.
         let looks = (0..MOST_LOOKS).map(|look| half_width * f64::from(1 << look));
         let mut seen = None;
         for pad in looks {
@@ -60,12 +61,13 @@ impl Lake {
             }
         }
         let mut depths = seen?;
-        // Where so much was not enough it ends at the border, so that its shore is closed.
+        // If even the largest area does not hold the whole lake, its border cuts the lake off, so that the shore is
+        // closed.
         for (x, y) in border(depths.area()) {
             depths.row_mut(y, x, x + 1)[0] = -LEAST_M;
         }
         let mut rings: Vec<Vec<[f64; 2]>> = contours(&depths).into_iter().map(|contour| contour.points).collect();
-        // The shore runs the other way round than those of islands.
+        // The shore runs in the opposite direction to those of islands.
         let shore = rings.iter().position(|ring| twice_area(ring) > 0.0)?;
         rings.swap(0, shore);
         rings[1..].sort_by(|a, b| a[0].partial_cmp(&b[0]).expect("places are numbers"));
@@ -74,7 +76,7 @@ impl Lake {
         Some(Lake { id, rings, level_m, area_m2, outlet: fluvial.outlet(id) })
     }
 
-    /// Whether a part of it lies in the rectangle that the outer vertices of an area span.
+    /// Tells whether a part of the lake lies in the rectangle that the outer vertices of an area span.
     pub fn touches(&self, area: &Area) -> bool {
         let corner = [(area.x1 - 1 - area.x0) as f64, (area.y1 - 1 - area.y0) as f64];
         let low = [area.x0 as f64, area.y0 as f64];
@@ -85,7 +87,7 @@ impl Lake {
             if LineSegment::between(a, b).touches_rectangle(corner) {
                 return true;
             }
-            // Whether the corner is inside: how often a line to the east crosses shores.
+            // The corner is inside if a line from it to the east crosses shores an odd number of times.
             if (a[1] > 0.0) != (b[1] > 0.0) && a[0] + (b[0] - a[0]) * (a[1] / (a[1] - b[1])) > 0.0 {
                 around = !around;
             }
@@ -94,13 +96,13 @@ impl Lake {
     }
 }
 
-/// The outermost vertices of an area.
+/// Returns the outermost vertices of an area.
 fn border(area: Area) -> impl Iterator<Item = (i64, i64)> {
     area.vertices().filter(move |(x, y)| *x == area.x0 || *y == area.y0 || x + 1 == area.x1 || y + 1 == area.y1)
 }
 
-/// Metres that a lake is deep at each vertex of an area, less than 0 outside of it: all that is connected to the vertex of a
-/// lake that is nearest to a point. `None` if there is no lake.
+/// Returns the depth in metres of one lake at each vertex of an area, negative outside of it. The lake is the lake
+/// vertex nearest to a point, and all that is connected to it. `None` if there is no lake.
 fn depths(fluvial: &Fluvial, area: Area, near: Point) -> Option<Grid<f32>> {
     let land = fluvial.land(area, &Clock::default());
     let water = land.water?;

@@ -1,13 +1,13 @@
 //! Landforms: the lakes, coasts and peaks of fluvial land, besides its [rivers](crate::fluvial::rivers).
 //!
 //! ```text
-//! Land of a lake's surroundings, of a cell of the world --> contour.rs  lines between vertices
-//!                                                              |
-//!                                          lakes.rs, coast.rs, peaks.rs: landforms with ids
+//! Land around a lake, or of a cell of the world --> contour.rs  lines between vertices
+//!                                                       |
+//!                                   lakes.rs, coast.rs, peaks.rs: landforms with ids
 //! ```
 //!
-//! A landform is a function of its id: it is whole and the same whichever area asks for it. What has been found is
-//! remembered for a while.
+//! A landform is a function of its id: it is whole, and the same in every area. Landforms that have been found are
+//! cached.
 
 mod contour;
 
@@ -25,7 +25,7 @@ use coast::Coast;
 use lakes::Lake;
 use peaks::{Peak, Rise, Summits};
 
-/// The landforms of a world that have been found, remembered for a while.
+/// The caches of a world's landforms.
 #[derive(Debug)]
 pub struct Landforms {
     lakes: Memory<LakeId, Option<Arc<Lake>>>,
@@ -40,13 +40,13 @@ impl Default for Landforms {
 }
 
 impl Landforms {
-    /// Its memories.
+    /// Returns these caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
         vec![&self.lakes, &self.coasts, &self.summits]
     }
 }
 
-/// The cells of a lattice, `side` vertices apart, that hold vertices of an area padded by `pad`.
+/// Returns the cells of a lattice, `side` vertices apart, that hold vertices of an area padded by `pad`.
 fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> + use<> {
     let span = |from: i64, to: i64| (from - pad).div_euclid(side)..=(to - 1 + pad).div_euclid(side);
     let columns = span(area.x0, area.x1);
@@ -54,22 +54,22 @@ fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> +
 }
 
 impl Landforms {
-    /// All lakes of which a part lies in an area, whole, sorted by id, of levels on which some are so many metres wide to each side
-    /// of their middle.
+    /// Returns all lakes of which a part lies in an area, whole, sorted by id, of all levels whose widest lakes have at
+    /// least this half width in metres.
     pub fn lakes(&self, fluvial: &Fluvial, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
         let ids = fluvial.lake_ids(area, least_half_width_m).into_iter();
         ids.filter_map(|id| self.lake(fluvial, id)).filter(|lake| lake.touches(area)).collect()
     }
 
-    /// The lake of an id, if there is one.
+    /// Returns the lake of an id, if there is one.
     pub fn lake(&self, fluvial: &Fluvial, id: LakeId) -> Option<Arc<Lake>> {
         Option::clone(&self.lakes.get(id, || Lake::new(fluvial, id).map(Arc::new)))
     }
 
-    /// All pieces of coast of which a part lies in an area, whole, sorted by id.
+    /// Returns all pieces of coast of which a part lies in an area, whole, sorted by id.
     pub fn coasts(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Coast>> {
         let mut found: Vec<Arc<Coast>> = Vec::new();
-        // A line may run along the edge of the cell before.
+        // A line may run along the edge of the cell before, so pad by one.
         for cell in cells(area, coast::CELL, 1) {
             let coasts = self.coasts.get(cell, || Coast::of_cell(fluvial, cell).into_iter().map(Arc::new).collect());
             found.extend(coasts.iter().filter(|coast| coast.touches(area)).cloned());
@@ -78,7 +78,7 @@ impl Landforms {
         found
     }
 
-    /// All peaks that stand on a vertex of an area, sorted by id.
+    /// Returns all peaks that stand on a vertex of an area, sorted by id.
     pub fn peaks(&self, fluvial: &Fluvial, area: &Area) -> Vec<Peak> {
         let inside = |peak: &Peak| area.contains(&Area::new(peak.at[0], peak.at[1], 1, 1));
         let cells = cells(area, peaks::side(fluvial), 0);
@@ -87,13 +87,13 @@ impl Landforms {
         found
     }
 
-    /// The peak of a cell, if it has one.
+    /// Returns the peak of a cell, if it has one.
     pub fn peak(&self, fluvial: &Fluvial, cell: (i64, i64)) -> Option<Peak> {
         self.rise(fluvial, cell).peak()
     }
 
-    /// The peak above a vertex: that of its cell or, where higher ground lies near in another cell, of that. `None` where this leads
-    /// to no peak, or to one further than a cell away.
+    /// Returns the peak above a vertex: the peak of its cell or, where there is higher ground close by in another cell,
+    /// the peak of that cell. `None` where the search finds no peak, or one more than a cell away.
     pub fn peak_above(&self, fluvial: &Fluvial, at: [i64; 2]) -> Option<Peak> {
         let side = peaks::side(fluvial);
         let mut cell = (at[0].div_euclid(side), at[1].div_euclid(side));
@@ -107,7 +107,7 @@ impl Landforms {
         None
     }
 
-    /// The highest vertex of a cell, and whether it is a peak.
+    /// Returns the highest vertex of a cell, and whether it is a peak.
     fn rise(&self, fluvial: &Fluvial, cell: (i64, i64)) -> Rise {
         Rise::of_cell(fluvial, cell, |cell| self.summits.get(cell, || Summits::new(fluvial, cell)))
     }

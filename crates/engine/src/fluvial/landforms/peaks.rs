@@ -1,4 +1,4 @@
-//! Peaks: at most one a cell of the world, the highest vertex around.
+//! Peaks: at most one in each cell of the world, the highest vertex around.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use crate::memory::heap_bytes;
 /// Metres a side of a cell.
 const CELL_M: f64 = 3000.0;
 
-/// Vertices a side of a block, of which the lowest and the highest are known. Cells are whole blocks.
+/// Vertices a side of a block, whose lowest and highest heights are kept. Cells consist of whole blocks.
 const BLOCK: i64 = 16;
 
-/// Metres that a peak rises above the lowest ground of half a cell around it.
+/// Least height of a peak in metres above the lowest ground within half a cell.
 const LEAST_RISE_M: f32 = 60.0;
 
-/// Cells that one goes up through to a peak at most: it is looked for near, and each cell takes long.
+/// Most cells through which the search climbs to a peak: it should be near, and each cell takes long.
 pub(super) const MOST_CELLS: usize = 4;
 
 /// A peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// Column and row of its cell, about 3 km a side: its name in the world.
+    /// Column and row of the peak's cell, about 3 km a side: the peak's id in the world.
     pub id: (i64, i64),
-    /// The vertex.
+    /// The peak's vertex.
     pub at: [i64; 2],
-    /// Its height in metres.
+    /// Height of the peak in metres.
     pub height_m: f32,
 }
 
@@ -35,37 +35,37 @@ pub struct Peak {
 pub(super) enum Rise {
     /// The cell's peak.
     Peak(Peak),
-    /// Not the highest around: there is higher ground within half a cell, in another cell.
+    /// Not a peak: there is higher ground within half a cell, in this other cell.
     Below((i64, i64)),
-    /// The highest around, and no peak: under the sea, or hardly above what lies around.
+    /// The highest vertex around but no peak: under the sea, or hardly above its surroundings.
     Low,
 }
 
-/// What is known of a cell: its highest vertex, and the heights of its blocks.
+/// A cell's highest vertex, and the heights of its blocks.
 #[derive(Debug)]
 pub(super) struct Summits {
     highest: (f32, [i64; 2]),
-    /// The lowest and the highest of each block, row by row.
+    /// The lowest and highest height of each block, row by row.
     blocks: Vec<[f32; 2]>,
 }
 
 heap_bytes!(Summits: blocks);
 
-/// Vertices a side of a cell, which a peak has its name by.
+/// Vertices a side of a cell. A peak's id is its cell.
 pub fn side(fluvial: &Fluvial) -> i64 {
     let vertices = CELL_M / fluvial.node_m();
-    // A cell of fewer vertices has too few to choose from, one of more takes too long.
+    // A smaller cell would have too few vertices to choose from; a larger one would take too long.
     ((vertices / BLOCK as f64).round() as i64).clamp(4, 64) * BLOCK
 }
 
 impl Summits {
-    /// Looks at all of a cell: at once, for land costs much more in parts.
+    /// Makes the land of a whole cell at once: in parts it would cost much more.
     pub(super) fn new(fluvial: &Fluvial, cell: (i64, i64)) -> Summits {
         let side = side(fluvial);
         let area = Area::new(cell.0 * side, cell.1 * side, side as usize, side as usize);
         let columns = (side / BLOCK) as usize;
         let mut blocks = vec![[f32::INFINITY, f32::NEG_INFINITY]; columns * columns];
-        // Of equal vertices the first, from north to south and from west to east.
+        // Of equally high vertices the first one, from north to south and from west to east.
         let mut highest = (f32::NEG_INFINITY, [area.x0, area.y0]);
         let heights = fluvial.land(area, &Clock::default()).heights;
         for ((x, y), &height_m) in area.vertices().zip(heights.values()) {
@@ -80,7 +80,7 @@ impl Summits {
 }
 
 impl Rise {
-    /// The highest vertex of a cell, from the memory of cells if it is there.
+    /// Returns the rise of a cell. `summits` returns cells, from the cache if they are there.
     pub(super) fn of_cell(fluvial: &Fluvial, cell: (i64, i64), summits: impl Fn((i64, i64)) -> Arc<Summits>) -> Rise {
         let columns = side(fluvial) / BLOCK;
         let (height_m, at) = summits(cell).highest;
@@ -90,7 +90,7 @@ impl Rise {
         for y in (j - half).div_euclid(columns)..=(j + half).div_euclid(columns) {
             for x in (i - half).div_euclid(columns)..=(i + half).div_euclid(columns) {
                 let there = summits((x, y));
-                // Nothing higher, and of equal heights the first.
+                // Nothing around may be higher; of equal heights the first counts.
                 let other = (there.highest.0, there.highest.1);
                 let near = (0..2).all(|axis| (other.1[axis].div_euclid(BLOCK) - [i, j][axis]).abs() <= half);
                 if near && (other.0 > height_m || (other.0 == height_m && other.1 < at)) {
@@ -113,7 +113,7 @@ impl Rise {
         if is_peak { Rise::Peak(Peak { id: cell, at, height_m }) } else { Rise::Low }
     }
 
-    /// The peak, if it is one.
+    /// Returns the peak, if there is one.
     pub(super) fn peak(self) -> Option<Peak> {
         if let Rise::Peak(peak) = self { Some(peak) } else { None }
     }

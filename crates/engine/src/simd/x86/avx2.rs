@@ -61,7 +61,7 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn lt(self, a: F32x8, b: F32x8) -> Mask8 {
-        // Ordered: false where one of them is NaN, as in the reference.
+        // Ordered comparison: false if an operand is NaN, as in the reference.
         unsafe { Mask8(_mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a.0, b.0))) }
     }
     #[inline(always)]
@@ -86,7 +86,7 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn select_u32(self, mask: Mask8, yes: U32x8, no: U32x8) -> U32x8 {
-        // It blends bytes, and those of a mask's lane are all alike.
+        // The intrinsic blends bytes; all bytes of a mask's lane are equal.
         unsafe { U32x8(_mm256_blendv_epi8(no.0, yes.0, mask.0)) }
     }
     #[inline(always)]

@@ -101,7 +101,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn table8(self, values: &[f32; 8]) -> F32x16 {
         let [a, b, c, d, e, f, g, h] = *values;
-        // Twice, so that bit 3 of an index, which is looked at here, makes no difference.
+        // The eight values are stored twice, so that bit 3 of an index, which this permutation reads, makes no
+        // difference.
         self.load(&[a, b, c, d, e, f, g, h, a, b, c, d, e, f, g, h])
     }
     #[inline(always)]

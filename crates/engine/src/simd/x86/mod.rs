@@ -26,7 +26,7 @@ macro_rules! negations {
             type Output = $float;
             #[inline(always)]
             fn neg(self) -> $float {
-                // The sign bit is flipped: a difference from zero would leave zero positive.
+                // Flips the sign bit: subtraction from zero would give +0 for 0.
                 unsafe { $float($cast_back($xor($cast(self.0), $splat(i32::MIN)))) }
             }
         }

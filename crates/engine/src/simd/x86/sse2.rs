@@ -5,7 +5,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 use super::super::{Level, MAX_LANES, Simd};
 
-/// 32-bit product by SSE2, which multiplies only the even lanes, to 64 bits.
+/// Multiplies 32-bit lanes with SSE2, which multiplies only even lanes, to 64 bits.
 #[inline(always)]
 unsafe fn mullo_sse2(a: __m128i, b: __m128i) -> __m128i {
     unsafe {
@@ -30,7 +30,7 @@ impl Sse2 {
         Sse2(())
     }
 
-    /// `from[index]` lane by lane: no instruction of SSE2 permutes by a register.
+    /// Returns `from[index]` lane by lane, because SSE2 has no permutation by a register.
     #[inline(always)]
     fn look_up(self, from: &[f32], index: U32x4) -> F32x4 {
         let mut i = [0; 4];
@@ -101,7 +101,7 @@ impl Simd for Sse2 {
     }
     #[inline(always)]
     fn select(self, mask: Mask4, yes: F32x4, no: F32x4) -> F32x4 {
-        // Blends by a mask came with SSE4.1.
+        // Blend instructions with a mask came with SSE4.1.
         self.from_bits(self.select_u32(mask, self.to_bits(yes), self.to_bits(no)))
     }
     #[inline(always)]
