@@ -1,4 +1,5 @@
-//! The house has one staircase: a module imports only what stands above it in lib.rs, and whole crates stand above others.
+//! The house has one staircase: a module imports only modules that stand above it in lib.rs, and whole crates stand above others. And
+//! its documentation names things.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,16 +45,69 @@ fn no_import_points_up() {
             }
             let place = floor(own).unwrap_or_else(|| panic!("{} is in no module of lib.rs", inside.display()));
             let text = fs::read_to_string(&path).unwrap();
-            let code = text.split("#[cfg(test)]").next().unwrap();
-            for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
-                for used in line.split("crate::").skip(1) {
-                    let name: String = used.chars().take_while(|it| it.is_alphanumeric() || *it == '_').collect();
-                    let Some(other) = floor(&name) else { continue };
-                    assert!(other <= place, "{} imports {name}, which stands below {own} in lib.rs", inside.display());
-                    seen += 1;
-                }
+            for name in imported(&text) {
+                let Some(other) = floor(&name) else { continue };
+                assert!(other <= place, "{} imports {name}, which stands below {own} in lib.rs", inside.display());
+                seen += 1;
             }
         }
     }
     assert!(seen > 300, "{seen} imports");
+}
+
+/// The names that follow `crate::` in the code of a file, without its comments and its inline tests.
+fn imported(text: &str) -> Vec<String> {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    let code: Vec<&str> = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+    let name = |path: &str| path.trim_start().chars().take_while(|it| it.is_alphanumeric() || *it == '_').collect();
+    let names = |used: &str| -> Vec<String> {
+        let Some(list) = used.strip_prefix('{') else { return vec![name(used)] };
+        // Braces within braces hold parts of a module.
+        let mut depth = 0;
+        let parts = list.split(|it| {
+            depth += i32::from(it == '{') - i32::from(it == '}');
+            (it == ',' && depth == 0) || depth < 0
+        });
+        let end = list.find(';').unwrap_or(list.len());
+        parts.take_while(|part| part.as_ptr() as usize - (list.as_ptr() as usize) < end).map(name).collect()
+    };
+    code.join("\n").split("crate::").skip(1).flat_map(names).collect()
+}
+
+#[test]
+fn imports_are_found_in_braces_and_beside_test_modules() {
+    let text = "#[cfg(test)]\nmod faults;\nuse crate::{area::{Area, Place}, stop};\nuse crate::tile::Tile; // crate::late\n\
+                /// crate::told\n#[cfg(test)]\nmod tests {\n    use crate::preset;\n}\n";
+    assert_eq!(
+        imported(text).into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>(),
+        ["area", "stop", "tile", "late"]
+    );
+}
+
+/// The most blocks of documentation, in a hundred, that may open with a word that names nothing. It may only fall.
+const MOST_NAMELESS: f64 = 9.0;
+
+#[test]
+fn documentation_opens_with_the_thing() {
+    const NAMELESS: [&str; 10] = ["What", "How", "Whether", "That", "Where", "Which", "Those", "Of", "Its", "Such"];
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    ["crates/engine/src", "crates/output/src", "src"].iter().for_each(|src| sources(&root.join(src), &mut files));
+    let (mut blocks, mut nameless) = (0, Vec::new());
+    for path in files {
+        let text = fs::read_to_string(&path).unwrap();
+        let mut is_inside = false;
+        for line in text.lines().map(str::trim_start) {
+            let documentation = line.strip_prefix("/// ").or_else(|| line.strip_prefix("//! "));
+            if let Some(first) = documentation.filter(|_| !is_inside) {
+                blocks += 1;
+                let word = first.split(|it: char| !it.is_alphanumeric()).next().unwrap_or_default();
+                nameless.extend(NAMELESS.contains(&word).then(|| format!("{}: {first}", path.display())));
+            }
+            is_inside = line.starts_with("///") || line.starts_with("//!");
+        }
+    }
+    let share = nameless.len() as f64 * 100.0 / f64::from(blocks);
+    assert!(share <= MOST_NAMELESS, "{share:.1} of 100, with\n{}", nameless.join("\n"));
+    assert!(share > MOST_NAMELESS - 1.0, "it is {share:.1} of 100 now: lower the bound");
 }

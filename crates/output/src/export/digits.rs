@@ -30,21 +30,21 @@ fn clean(text: &str) -> String {
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.to_owned() }
 }
 
-/// A number of three digits that is no less than a positive one: a bound that may be given again as it is written.
+/// A number of three digits that is no less than another one, which is not negative: a bound that may be given again as it is written.
 pub(crate) fn no_less(number: f64) -> String {
     let unit = third_digit(number);
     shortest((number / unit).ceil() * unit, unit / 1000.0)
 }
 
-/// A number of three digits that is no more than a positive one.
+/// A number of three digits that is no more than another one, which is not negative.
 pub(crate) fn no_more(number: f64) -> String {
     let unit = third_digit(number);
     shortest((number / unit).floor() * unit, unit / 1000.0)
 }
 
-/// The value of a 1 in the third digit of a positive number: 100 for 12,345.
+/// The value of a 1 in the third digit of a number that is not negative: 100 for 12,345, and the least of all for 0.
 fn third_digit(number: f64) -> f64 {
-    10_f64.powi(number.log10().floor() as i32 - 2)
+    10_f64.powi(number.max(f64::MIN_POSITIVE).log10().floor() as i32 - 2)
 }
 
 /// The number of the fewest digits that is a float of 32 bits: 0.3 and not 0.30000001192092896.
@@ -118,6 +118,7 @@ mod tests {
         assert_eq!([no_less(274.440_002), no_more(274.440_002)], ["275", "274"]);
         assert_eq!([no_less(0.048_000_001_9), no_more(0.048_000_001_9)], ["0.0481", "0.048"]);
         assert_eq!([no_less(0.25), no_more(0.25)], ["0.25", "0.25"]);
+        assert_eq!([no_less(0.0), no_more(0.0)], ["0", "0"]);
         assert_eq!([no_less(123_456.0), no_more(123_456.0)], ["124000", "123000"]);
     }
 
