@@ -234,8 +234,8 @@ async function baking(page) {
   for (const key of ["cols", "rows"]) await page.$eval(`#bake-${key}`, (input) => ((input.value = 16), input.dispatchEvent(new Event("change"))));
   await ready();
   await page.click("#bake-go");
-  await until(page, () => !document.getElementById("bake-progress").hidden);
-  await wait(1500);
+  // Before it tells of tiles it has left nothing to go on with.
+  await until(page, () => / of /.test(document.querySelector("#bake-progress p").textContent));
   await page.click("#bake-go");
   await says("Go on with it");
   check(true, "a bake that is cancelled can go on", await text(page, "#bake-fault div"));
