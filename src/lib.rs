@@ -13,16 +13,18 @@
 //!
 //! # Three promises
 //!
-//! 1. **One world.** A tile's bytes depend on the version, the preset, the seed and the tile's place: not on the
-//!    window that was baked, its order, the threads, the CPU, or what was baked before.
+//! 1. **One world.** A tile's bytes depend on the version, the preset, the seed and the tile's place: not on the window
+//!    that was baked, the order of tiles, the threads, the CPU, or earlier bakes.
 //! 2. **No seams.** Heights, normals and blend weights agree exactly at a shared edge, without blending or skirts.
 //! 3. **Endless, in bounded memory.** Worlds reach 2^53 vertices from the origin ([`area::MAX_COORDINATE`]), and the
-//!    terrain at tile (10^9, -10^9) is as smooth as at (0, 0). Memory grows with a row of tiles, and nothing is stored to make a tile again.
+//!    terrain at tile (10^9, -10^9) is as smooth as at (0, 0). Memory grows with a row of tiles, and nothing is stored
+//!    to make a tile again.
 //!
 //! # How data flows
 //!
-//! The modules below stand in the order of this diagram, and a file imports only from modules above its own; a test says
-//! so. Those of the first two parts are crates of their own, so that they are compiled side by side. Each layer is a pure function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
+//! The modules below stand in the order of this diagram, and a file imports only from modules above its own, which a
+//! test checks. The first two parts are crates of their own, so that they compile in parallel. Each layer is a pure
+//! function of the world and of lattice coordinates, and no tile ever looks at a neighbour.
 //!
 //! ```text
 //!   terrane-engine
@@ -30,55 +32,58 @@
 //!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
-//!   recipe/     what an author writes -> a preset or a style; what all settings share: key paths, faults, checks, masks
+//!   recipe/     text of an author -> a preset or a style; what all settings share: key paths, faults, checks, masks
 //!   land        heights and the water on them
 //!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 9 vertices more
-//!   names       what rivers, lakes, peaks and settlements are called
+//!   names       names of rivers, lakes, peaks and settlements
 //!      |
-//!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for those who plan on it
+//!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for planners
 //!   relief/     World, area -> land: of noise, or fluvial                                     input: the area
 //!   places/     survey -> settlements, and roads between them: lines                          reach: 2.5 site cells
-//!   agents/     bare heights -> the thesis' rivers and roads: lines                           reach: the tiles they may cross
+//!   agents/     bare heights -> the thesis' rivers and roads: lines                   reach: the tiles they may cross
 //!      |
 //!   preset/     text -> Preset: a user's recipe, every key checked by the stage that reads it
 //!   world       Preset + seed -> World: ranges proved, memories bounded
 //!   tile/       land, lines -> imprint -> normals -> blend weights; the digest of each part
-//!               on request: slope, curvature, accumulation, wetness, what grows               input: 65 vertices more
+//!               on request: slope, curvature, accumulation, wetness, growth               input: 65 vertices more
 //!   device/     areas -> their land and tiles: by the CPU, or by a GPU with the same bits
-//!   walker/     the endless terrain around a walker, whose agents look at neighbours; walks, and the tiles that they come to
+//!   walker/     the endless terrain around a walker, whose agents look at neighbours; the tiles of a walk
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
-//!   find/       "lake > 2 km2", a place -> the nearest ones, seen from afar first
+//!   find/       "lake > 2 km2", a place -> the nearest such lakes, searched on coarse land first
 //!
 //!   terrane-output
 //!
-//!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads      input: lines some 24 vertices around
-//!   map/        World, style, scale -> a sheet: relief, lines, names                          reach: the names around it
+//!   mesh/       tile -> triangles: land into which banks and shores are cut, water between them, roads
+//!                                                                              input: lines some 24 vertices around
+//!   map/        World, style, scale -> a sheet: relief, lines, names                  reach: the names around it
 //!               tile -> its plain picture
 //!      |
-//!   file/       files that are whole or not there, and the disk, which may refuse anything
-//!   registry    which tiles and files there are; a log and never an input of a bake
-//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; a walk's, as the walker comes to them; the journal by
-//!               which either goes on; a shard's, to a file of what the sinks keep
+//!   file/       files that are whole or not there, and all errors of the disk
+//!   registry    the list of tiles and files that there are; a log and never an input of a bake
+//!   bake/       Region -> all its tiles, in parallel, in order, to sinks; a walk -> its tiles as it goes on;
+//!               the journal from which either resumes; a shard -> a file of what its sinks keep
 //!   web/        pictures at any scale -> a pyramid of tiles, packed for the web, and a page that shows it
-//!   export/     a file a format, and the list of formats; profiles, plan, manifest; the folder of a bake; shards -> a bake
+//!   export/     a file for each format, and the list of formats; profiles, plan, manifest; the folder of a bake;
+//!               shards -> a bake
 //!
 //!   terrane
 //!
 //!   shell       commands as somebody types them
 //!   experiment/ World, camera -> timings, tables, charts: the thesis' measurement
-//!   explore/    the endless world in a browser, drawn while one looks
+//!   explore/    the endless world in a browser, drawn while somebody looks
 //!   cli/        the command, a thin layer on all this, and the only part that prints
 //! ```
 //!
-//! What a stage reads around the area that it makes stands in that stage, as a function `input(area) -> area`, and
-//! whoever calls it folds these: [`tile::shaped_input`] those of normals and weights, [`lines::Imprint::input`] that of
-//! drains, and [`tile::accumulation_input`] that of accumulation, which is made of land of its own. For each a test fills all outside with NaN and finds the result unchanged.
+//! A stage that reads an area around the one that it makes has a function `input(area) -> area`, and its callers
+//! combine these functions: [`tile::shaped_input`] for normals and weights, [`lines::Imprint::input`] for drains, and
+//! [`tile::accumulation_input`] for accumulation, which uses land of its own. For each a test fills everything outside
+//! the input with NaN and finds the result unchanged.
 //!
-//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex ([`world::World::strided`], or
-//! [`at_stride`](world::World::at_stride) of a world that is there, and coarser than that for a picture that is there soon,
-//! [`sketch_at_stride`](world::World::sketch_at_stride)): areas, tiles and lines are then counted in nodes, and all layers
-//! below `relief` are the same. What nodes do not show is left out before it
-//! costs anything, and is there in the mean.
+//! The same world can be had at the nodes of a [stride](area::Stride), every 2^k-th vertex: with
+//! [`world::World::strided`], with [`at_stride`](world::World::at_stride) of an open world, or coarser, for a quick
+//! picture, with [`sketch_at_stride`](world::World::sketch_at_stride). Areas, tiles and lines are then counted in
+//! nodes, and all layers below `relief` are the same. Details too small for the nodes are left out before they cost
+//! anything, and are kept in the mean.
 //!
 //! # Words
 //!
@@ -129,15 +134,15 @@
 //!
 //! # Units and axes
 //!
-//! Metres, x east, y south, height up. Row 0 of every raster is its northern edge. A 16-bit height is
-//! `round((h - min_m) / (max_m - min_m) * 65535)` over the range that the world proves from its preset
-//! ([`world::World::height_range_m`]), never over what a tile happens to hold, so files of two bakes agree.
+//! Metres, x east, y south, height up. Row 0 of every raster is its northern edge. A 16-bit height is `round((h -
+//! min_m) / (max_m - min_m) * 65535)` over the range that the world proves from its preset
+//! ([`world::World::height_range_m`]), never over the heights of one tile, so files of two bakes agree.
 //!
 //! # Numbers
 //!
 //! Lattice coordinates are integers; an octave of noise splits them exactly into a lattice cell and a fraction, and
-//! only the fraction is `f32`. All that shapes bytes uses `+ - * /` and `sqrt`, which IEEE 754 defines to the bit, in
-//! one order for all instruction sets; where a constant needs more, it is computed once with `libm`.
+//! only the fraction is `f32`. All arithmetic that shapes bytes uses `+ - * /` and `sqrt`, which IEEE 754 defines to
+//! the bit, in one order for all instruction sets; a constant that needs other functions is computed once with `libm`.
 
 #[doc(inline)]
 pub use terrane_engine::{
@@ -147,7 +152,7 @@ pub use terrane_engine::{
 #[doc(inline)]
 pub use terrane_output::{bake, export, map, mesh, registry, web};
 
-// Public there for this crate alone.
+// Public in `terrane_output` for this crate alone.
 use terrane_output::file;
 
 #[cfg(any(feature = "cli", feature = "explore"))]

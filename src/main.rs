@@ -8,25 +8,26 @@ fn main() -> std::process::ExitCode {
     terrane::cli::run()
 }
 
-/// Makes the allocator keep what is given back.
+/// Makes the allocator keep freed memory.
 ///
-/// The rasters of a tile are asked for and given back all the time. Else each goes back to the kernel, which clears its pages
-/// anew: a twentieth of a bake, and more with several threads.
+/// The rasters of tiles are allocated and freed all the time. By default each goes back to the kernel, which clears its
+/// pages when they are used again: a twentieth of a bake's time, and more with several threads.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[allow(unsafe_code, reason = "there is no safe way to set up the C library's allocator")]
 fn keep_memory() {
-    /// The most that it takes for the size from which on a block is mapped by itself.
+    /// The largest value that the allocator accepts for the size in bytes from which a block is mapped by itself.
     const MAPPED: i32 = 32 << 20;
     const TRIMMED: i32 = 512 << 20;
-    // SAFETY: no other thread runs yet, and both are parameters that it knows; what it refuses changes nothing.
+    // SAFETY: no other thread runs yet, and the C library knows both parameters; a value that it refuses changes
+    // nothing.
     unsafe {
         libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED);
         libc::mallopt(libc::M_TRIM_THRESHOLD, TRIMMED);
     }
 }
 
-/// Keeps Mesa from asking a screen which GPU is the best where there is no folder in which a screen's program would be found: it
-/// complains of that on standard error. The GPU is chosen by what it can do anyway.
+/// Keeps Mesa from asking a display which GPU is the best if there is no runtime folder in which Mesa would look for
+/// one: Mesa complains of that on standard error. The program chooses the GPU by its abilities anyway.
 #[cfg(all(target_os = "linux", feature = "gpu"))]
 #[allow(unsafe_code, reason = "Vulkan's loader reads this from the environment and from nowhere else")]
 fn ask_no_screen() {

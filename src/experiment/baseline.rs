@@ -1,8 +1,9 @@
-//! The plain method of the thesis, to measure ours against: scalar, on one thread, from a permutation table.
+//! The plain method of the thesis, as a baseline for the speed of terrane's own: scalar, on one thread, from a
+//! permutation table.
 //!
-//! It is what an application of 2014 would have: `f32` throughout, as its 32-byte vertices are; a grid that is copied
-//! for each tile; the ridged multifractal for one vertex after another, with its exponents in a table; normals from
-//! the tile's own heights; a blend value by slope. Agents are left out, which is in its favour.
+//! It is written as an application of 2014 would be: `f32` throughout, as its 32-byte vertices are; a grid that is
+//! copied for each tile; the ridged multifractal for one vertex after another, with its exponents in a table; normals
+//! from the tile's own heights; a blend value by slope. Agents are left out, which favours the baseline.
 
 use crate::area::TileId;
 use crate::clock::{Clock, stage};
@@ -18,11 +19,11 @@ use crate::world::World;
 pub struct TableNoise {
     /// The permutation of 0 to 255, twice, so that a sum of two indices needs no wrapping.
     permutation: [u8; 512],
-    /// The same, modulo the number of gradients.
+    /// The same values modulo the number of gradients.
     gradient: [u8; 512],
 }
 
-/// The gradients of the classic noise: the middles of a cube's edges, of which two coordinates are used.
+/// The gradients of the classic noise: the middles of a cube's edges. Only two of the three coordinates are used.
 const GRADIENTS: [[f32; 2]; 12] = [
     [1.0, 1.0],
     [-1.0, 1.0],
@@ -39,10 +40,10 @@ const GRADIENTS: [[f32; 2]; 12] = [
 ];
 
 impl TableNoise {
-    /// The noise of a seed.
+    /// Makes the noise of a seed.
     pub fn new(seed: u64) -> TableNoise {
         let mut order: [u8; 256] = std::array::from_fn(|index| index as u8);
-        // Fisher and Yates.
+        // The shuffle of Fisher and Yates.
         for last in (1..order.len()).rev() {
             let other = hash::combine(seed, last as u64) % (last as u64 + 1);
             order.swap(last, other as usize);
@@ -51,18 +52,19 @@ impl TableNoise {
         TableNoise { permutation, gradient: permutation.map(|value| value % GRADIENTS.len() as u8) }
     }
 
-    /// The noise at a point: about -1 to 1, 0 at the corners of the simplices.
-    // Always inlined: as a call, the spills around it cost more than the noise, and a slow baseline flatters us.
+    /// Returns the noise at a point: about -1 to 1, 0 at the corners of the simplices.
+    // Always inlined: as a call, the spills around it cost more than the noise, and a slow baseline would flatter
+    // terrane.
     #[inline(always)]
     pub fn at(&self, x: f32, y: f32) -> f32 {
-        // (sqrt(3) - 1) / 2 and (3 - sqrt(3)) / 6, between the square and the triangular lattice.
+        // (sqrt(3) - 1) / 2 and (3 - sqrt(3)) / 6 convert between the square and the triangular lattice.
         const SKEW: f32 = 0.366_025_4;
         const UNSKEW: f32 = 0.211_324_87;
         let skew = (x + y) * SKEW;
         let (i, j) = (fast_floor(x + skew), fast_floor(y + skew));
         let unskew = (i + j) as f32 * UNSKEW;
         let (x0, y0) = (x - (i as f32 - unskew), y - (j as f32 - unskew));
-        // The lower or the upper triangle of the square.
+        // The point is in the lower or the upper triangle of the square.
         let (step_i, step_j) = if x0 > y0 { (1, 0) } else { (0, 1) };
         let (x1, y1) = (x0 - step_i as f32 + UNSKEW, y0 - step_j as f32 + UNSKEW);
         let (x2, y2) = (x0 - 1.0 + 2.0 * UNSKEW, y0 - 1.0 + 2.0 * UNSKEW);
@@ -72,14 +74,14 @@ impl TableNoise {
             let t = 0.5 - x * x - y * y;
             if t < 0.0 { 0.0 } else { t * t * t * t * (east * x + south * y) }
         };
-        // 70 brings the sum to -1..1.
+        // The factor 70 brings the sum to -1..1.
         70.0 * (corner(x0, y0, gradient(i, j))
             + corner(x1, y1, gradient(i + step_i, j + step_j))
             + corner(x2, y2, gradient(i + 1, j + 1)))
     }
 }
 
-/// The floor of a number in the range of `i32`; faster than the library's where there is no instruction for it.
+/// Returns the floor of a number in the range of `i32`. It is faster than the library's where no instruction does that.
 fn fast_floor(x: f32) -> i32 {
     let truncated = x as i32;
     if x < truncated as f32 { truncated - 1 } else { truncated }
@@ -106,15 +108,15 @@ pub struct Baseline {
 pub struct BaselineTile {
     /// All vertices, row by row, local to the tile's centre.
     pub vertices: Vec<Vertex>,
-    /// The slope's part of the blend map.
+    /// The part of the blend map that depends on slope.
     pub blend: Vec<u8>,
 }
 
 impl Baseline {
-    /// The method for the tiles of a world, with the parameters of the world's first noise term.
+    /// Prepares the method for the tiles of a world, with the parameters of the world's first noise term.
     ///
     /// # Panics
-    /// When the world's preset has no noise term, which no checked preset lacks.
+    /// When the world's preset has no noise term, which every checked preset has.
     pub fn new(world: &World) -> Baseline {
         let preset = world.preset();
         let term: &NoiseTerm = preset.noise.first().expect("a checked preset has a noise term");
@@ -131,7 +133,7 @@ impl Baseline {
         };
         Baseline {
             noise: TableNoise::new(world.seed()),
-            // Once, in a table, as Musgrave's own code does.
+            // Computed once into a table, as in Musgrave's own code.
             exponents: (0..term.octaves).map(|octave| lacunarity.powi(octave as i32).powf(-dimension)).collect(),
             lacunarity,
             offset: term.offset.unwrap_or(1.0) as f32,
@@ -147,11 +149,11 @@ impl Baseline {
 
     /// Makes a tile, with the time of each stage booked on `clock`.
     pub fn tile(&self, id: TileId, clock: &Clock) -> BaselineTile {
-        // The flat grid, copied; then a height a vertex.
+        // Copy the flat grid, then set the height of each vertex.
         let mut vertices = self.grid.clone();
         clock.time(stage::RELIEF, || {
             let side_m = (self.side - 1) as f32 * self.spacing_m;
-            // In `f32` like all the rest: far from the origin it is coarse.
+            // The place is `f32` like all the rest, so far from the origin it is coarse.
             let centre = [(id.x as f32 + 0.5) * side_m, (id.y as f32 + 0.5) * side_m];
             for vertex in &mut vertices {
                 let [east, _, south] = vertex.position;
@@ -162,21 +164,21 @@ impl Baseline {
         });
         clock.time(stage::NORMALS, || self.fill_normals(&mut vertices));
         let blend = clock.time(stage::BLEND, || {
-            // The normal times straight up is its second coordinate.
+            // The dot product of the normal and straight up is the normal's second coordinate.
             let steepness = |vertex: &Vertex| ((1.0 - vertex.normal[1]) * self.slope_scale).min(1.0);
             vertices.iter().map(|vertex| (steepness(vertex) * 255.0) as u8).collect()
         });
         BaselineTile { vertices, blend }
     }
 
-    /// Musgrave's ridged multifractal at a point.
+    /// Returns Musgrave's ridged multifractal at a point.
     ///
     /// Based on: Ebert et al., *Texturing and Modeling*, chapter 16.
     fn ridged(&self, x: f32, y: f32) -> f32 {
         let mut value = 0.0;
         let mut weight = 1.0;
-        // Multiplying x and y themselves again and again is the obvious way. But then they may be packed into half a
-        // vector, whose idle half sinks into denormal numbers and more than doubles the time.
+        // Multiplying x and y themselves again and again is the obvious way. But the compiler may then pack them into
+        // half a vector, whose idle half sinks into denormal numbers and more than doubles the time.
         let mut frequency = 1.0;
         for exponent in &self.exponents {
             let signal = self.offset - self.noise.at(x * frequency, y * frequency).abs();
@@ -188,7 +190,8 @@ impl Baseline {
         value
     }
 
-    /// Normals from the differences of neighbours; at the tile's edge from those that there are.
+    /// Computes normals from the heights of both neighbours along each axis; at the tile's edge, where one is missing,
+    /// from the vertex itself and the other.
     fn fill_normals(&self, vertices: &mut [Vertex]) {
         let side = self.side;
         for row in 0..side {
@@ -259,7 +262,7 @@ mod tests {
             steep += tile.blend.iter().filter(|&&value| value > 100).count();
         }
         assert!(steep > 0, "somewhere it is steep");
-        // Neighbours meet, as the thesis' do.
+        // Neighbours meet at their edge, as in the thesis.
         let [west, east] = [0, 1].map(|x| baseline.tile(TileId { x, y: 0 }, &clock).vertices);
         let apart = (0..65).map(|row| (west[row * 65 + 64].position[1] - east[row * 65].position[1]).abs());
         assert!(apart.fold(0.0, f32::max) < 0.05);

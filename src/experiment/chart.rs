@@ -5,18 +5,18 @@ use std::fmt::Write;
 use crate::experiment::report::TAKES_ALL;
 use crate::experiment::{FRAME_RATES, Method, Report, ThesisRow};
 
-/// Pixels: the plot's edges, and the width of a bar.
+/// Layout in pixels: the edges of the plot, the width of a bar, and the gap between groups of bars.
 const LEFT: f64 = 70.0;
 const TOP: f64 = 92.0;
 const BOTTOM: f64 = 452.0;
 const BAR: f64 = 34.0;
 const GAP: f64 = 44.0;
-/// From a row of the legend to the next.
+/// Height of a row of the legend.
 const LEGEND_ROW: f64 = 18.0;
-/// Room to the right of the bars for the names of the frame rates.
+/// Room at the right of the bars for the names of the frame rates.
 const RIGHT: f64 = 96.0;
 
-/// A bar: what it shows, its colour, its height, and where 99 of 100 values lie.
+/// A bar: name, colour, height, and the 99th percentile of its values.
 struct Bar {
     name: String,
     colour: String,
@@ -24,7 +24,8 @@ struct Bar {
     percentile_99_ms: Option<f64>,
 }
 
-/// The chart: a group of bars for a tile size, on a logarithmic scale, since the bars differ by factors of hundreds.
+/// Draws the chart: a group of bars for each tile size, on a logarithmic scale, since the bars differ by factors of
+/// hundreds.
 pub(super) fn chart(report: &Report) -> String {
     let groups: Vec<(u32, Vec<Bar>)> =
         report.walks.iter().map(|walk| (walk.tile_cells, bars(report, walk.tile_cells))).collect();
@@ -32,13 +33,13 @@ pub(super) fn chart(report: &Report) -> String {
         let bars = groups.iter().flat_map(|(_, bars)| bars);
         bars.flat_map(|bar| [Some(bar.value_ms), bar.percentile_99_ms]).flatten()
     };
-    // Whole decades around all bars and all frames.
+    // Whole decades that hold all bars and all frames.
     let low = values().chain([10.0]).fold(f64::INFINITY, f64::min).log10().floor();
     let high = values().chain([100.0]).fold(0.0, f64::max).log10().ceil();
     let y = |ms: f64| BOTTOM - (ms.log10() - low) / (high - low) * (BOTTOM - TOP);
     let plot_width = groups.iter().map(|(_, bars)| bars.len() as f64 * BAR + GAP).sum::<f64>().max(480.0);
     let legend = legend(&groups, plot_width);
-    // What of the legend is more than two rows moves all else down.
+    // Each row of the legend after the second moves the plot down.
     let lowered = legend.len().saturating_sub(2) as f64 * LEGEND_ROW;
     let (width, height) = (LEFT + plot_width + RIGHT, BOTTOM + 60.0 + lowered);
     let right = LEFT + plot_width;
@@ -50,7 +51,7 @@ pub(super) fn chart(report: &Report) -> String {
     );
     draw_legend(&mut svg, &legend);
     writeln!(svg, "<g transform=\"translate(0 {lowered})\">").expect(TAKES_ALL);
-    // The decades.
+    // Draw the lines of the decades.
     for decade in low as i32..=high as i32 {
         let at = y(10f64.powi(decade));
         let label = 10f64.powi(decade);
@@ -63,7 +64,7 @@ pub(super) fn chart(report: &Report) -> String {
         f64::midpoint(TOP, BOTTOM),
     )
     .expect(TAKES_ALL);
-    // The bars, with their values above and a whisker to the 99th percentile.
+    // Draw the bars, with their values above and a whisker to the 99th percentile.
     let mut x = LEFT + GAP / 2.0;
     for (cells, bars) in &groups {
         let middle = x + bars.len() as f64 * BAR / 2.0;
@@ -76,7 +77,7 @@ pub(super) fn chart(report: &Report) -> String {
         x += GAP;
     }
     draw_text(&mut svg, [f64::midpoint(LEFT, right), BOTTOM + 44.0], " text-anchor=\"middle\"", "tile size");
-    // The frames that an expansion has to fit into.
+    // Draw the time of a frame at each rate, into which an expansion has to fit.
     for (rate, frame_ms) in FRAME_RATES {
         let at = y(frame_ms);
         draw_level(&mut svg, at, right, "stroke=\"#444444\" stroke-dasharray=\"5 4\"");
@@ -85,7 +86,7 @@ pub(super) fn chart(report: &Report) -> String {
     svg + "</g>\n</svg>\n"
 }
 
-/// The bars of a tile size: ours and the baseline as measured, the thesis' CPU as told.
+/// Returns the bars of a tile size: terrane's own and the baseline as measured, the thesis' as published.
 fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
     let measured = report.configurations().filter(|(cells, record)| *cells == tile_cells && record.milliseconds.n > 0);
     let measured = measured.map(|(_, record)| Bar {
@@ -108,7 +109,7 @@ fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
             bar("thesis CPU, agents", "#5b5b5b", row.cpu_ms),
             bar("thesis CPU, no agents", "#a8a8a8", row.cpu_without_agents_ms),
         ];
-        // Beside a GPU of ours alone.
+        // Show the thesis' GPU only beside one that was measured here.
         let gpu = report.gpu.as_ref().map(|_| {
             [
                 bar("thesis GPU, agents", "#3c3c3c", row.gpu_ms()),
@@ -120,12 +121,12 @@ fn bars(report: &Report, tile_cells: u32) -> Vec<Bar> {
     measured.chain(told).collect()
 }
 
-/// A line across the plot.
+/// Draws a line across the plot.
 fn draw_level(svg: &mut String, at: f64, right: f64, stroke: &str) {
     writeln!(svg, "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" {stroke}/>").expect(TAKES_ALL);
 }
 
-/// A text with further attributes, each with a space before it.
+/// Draws a text with further attributes, each with a space before it.
 fn draw_text(svg: &mut String, [x, y]: [f64; 2], attributes: &str, text: &str) {
     writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\"{attributes}>{text}</text>").expect(TAKES_ALL);
 }
@@ -143,7 +144,7 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     )
     .expect(TAKES_ALL);
     let whisker = bar.percentile_99_ms.map_or(top, y);
-    // Shorter than half a pixel it would be a blot on the bar.
+    // A whisker shorter than half a pixel would be a blot on the bar.
     if whisker < top - 0.5 {
         writeln!(
             svg,
@@ -158,7 +159,7 @@ fn draw_bar(svg: &mut String, bar: &Bar, x: f64, y: &impl Fn(f64) -> f64) {
     draw_text(svg, [middle, whisker.min(top) - 4.0], " text-anchor=\"middle\" font-size=\"10\"", &value);
 }
 
-/// All bars of different names, each once, in rows of as many as there is room for.
+/// Returns one bar of each name, in rows of as many as there is room for.
 fn legend(groups: &[(u32, Vec<Bar>)], plot_width: f64) -> Vec<Vec<&Bar>> {
     let mut named: Vec<&Bar> = Vec::new();
     for bar in groups.iter().flat_map(|(_, bars)| bars) {
@@ -170,14 +171,14 @@ fn legend(groups: &[(u32, Vec<Bar>)], plot_width: f64) -> Vec<Vec<&Bar>> {
     named.chunks(columns.clamp(1, 3)).map(<[&Bar]>::to_vec).collect()
 }
 
-/// Pixels from a name of the legend to the next.
+/// Returns the width of a column of the legend in pixels.
 fn legend_column(named: &[&Bar]) -> f64 {
     // A letter of 12 pixels is 6.2 pixels wide on average.
     let longest = named.iter().map(|bar| bar.name.chars().count()).max().unwrap_or(0);
     (24.0 + 6.2 * longest as f64).max(170.0)
 }
 
-/// The names of all bars, in rows under the title.
+/// Draws the names of all bars, in rows under the title.
 fn draw_legend(svg: &mut String, legend: &[Vec<&Bar>]) {
     let column = legend_column(&legend.concat());
     for (row, bars) in legend.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! The machine that an experiment has run on: a figure without it says little. What a system does not tell is left out.
+//! The machine that an experiment runs on: timings say little without it. Facts that the system does not tell are left
+//! out.
 
 use std::fs;
 
@@ -6,23 +7,23 @@ use serde::Serialize;
 
 use crate::simd::Level;
 
-/// The machine, as far as its system tells.
+/// The machine, as far as its system describes it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
     /// The processor's name.
     pub processor: Option<String>,
-    /// The instruction set of the kernels.
+    /// The instruction set that the kernels use.
     pub simd: &'static str,
     /// Bytes of memory.
     pub memory_bytes: Option<u64>,
     /// The operating system and its version.
     pub system: String,
-    /// The most bytes of memory that the process has taken.
+    /// Peak memory of the process in bytes.
     pub peak_bytes: Option<u64>,
 }
 
 impl Machine {
-    /// This one, now.
+    /// Describes this machine at this time.
     pub fn here() -> Machine {
         let read = |path: &str| fs::read_to_string(path).ok();
         Machine {
@@ -35,19 +36,20 @@ impl Machine {
     }
 }
 
-/// The number of kilobytes behind a name, in bytes.
+/// Returns the number of kilobytes behind a name, in bytes.
 fn kilobytes(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The processor's name as Linux lists it.
+/// Returns the processor's name as Linux lists it.
 fn processor(text: &str) -> Option<String> {
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     line.split_once(':').map(|(_, name)| name.trim().to_owned())
 }
 
-/// The system's name by what it says of its release and of its kernel; without either the kind for which the program was made.
+/// Returns the system's name from the texts about its release and its kernel. Without a release, the name is the kind
+/// of system that the program was built for.
 fn system(release: Option<&str>, kernel: Option<&str>) -> String {
     let named = |text: &str| {
         let name = text.lines().find_map(|line| line.strip_prefix("PRETTY_NAME="))?;

@@ -1,16 +1,17 @@
 //! The experiment of the thesis: a camera walks, the terrain expands before it, and each expansion is timed.
 //!
 //! ```text
-//!   walker/camera.rs   time -> place                       nobody steers, so every configuration sees the same walk
-//!   baseline.rs  place -> the tile as the thesis made it   scalar, on one thread: what a speed-up is measured against
-//!   mod.rs       Options -> Walk, one for a tile size      all timings, and what the picture shows
-//!   statistics.rs, summary.rs  Walks -> Report             moments, t-tests, what is real time
-//!   machine.rs   what it was measured on
-//!   report.rs, chart.rs, picture.rs  Report -> files       tables, bars, the walk from above
+//!   walker/camera.rs                   time -> place: the path is fixed, so every configuration makes the same walk
+//!   baseline.rs                        place -> the tile as the thesis made it, scalar, on one thread, to compare with
+//!   mod.rs                             Options -> Walk, one for each tile size: all timings, and the picture's content
+//!   statistics.rs, summary.rs          Walks -> Report: moments, t-tests, real time
+//!   thesis.rs                          the thesis' own results
+//!   machine.rs                         the machine that the experiment runs on
+//!   report.rs, chart.rs, picture.rs    Report, Walks -> files: tables, bars, the walk from above
 //! ```
 //!
-//! The configurations of a tile size walk side by side, step for step, and take turns to be first. So what else the
-//! machine does meets all of them alike, and a ratio between them means something even where it is busy.
+//! The configurations of a tile size walk side by side, step for step, and take turns to be first. So other work of the
+//! machine disturbs all of them alike, and the ratio between two means something even on a busy machine.
 //!
 //! Based on: Grelsson (2014), chapters 5 to 7.
 
@@ -48,29 +49,29 @@ use crate::walker::{Camera, Expansion, FRAMES_A_SECOND, LAYERS, Walker, WalkerOp
 use crate::world::World;
 use picture::Picture;
 
-/// What is measured.
+/// Options of an experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Cells a tile side, 16 to 4096 each. Default: the thesis' 64, 128, 256 and 512.
     pub sizes: Vec<u32>,
-    /// With agents, without, or both. Default: both.
+    /// Methods to measure: with agents, without, or both. Default: both.
     pub agents: Vec<bool>,
     /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Camera::MOST_MINUTES). Default: 5.
     pub minutes: f64,
     /// Metres a second that the camera goes, at most a tile a frame. Default: 128.
     ///
-    /// The thesis does not tell its own. At 128 m/s five minutes cross about 100 edges of tiles of 512 m, enough for a
-    /// 99th percentile, and about 820 of tiles of 64 m.
+    /// The thesis does not state its camera's speed. At 128 m/s five minutes cross about 100 edges of tiles of 512 m,
+    /// enough for a 99th percentile, and about 820 of tiles of 64 m.
     pub speed_m_s: f64,
-    /// What computes the land of tiles. Default: the CPU.
+    /// Devices that compute the land of tiles, each measured. Default: the CPU.
     pub engines: Vec<Engine>,
     /// Layers of tiles around the camera's own, 1 to 16 each. Default: the thesis' 1.
     pub layers: Vec<u32>,
-    /// How many tiles a step makes. Default: all that are missing, as in the thesis.
+    /// Numbers of tiles that a step makes. Default: all that are missing, as in the thesis.
     pub steps: Vec<Step>,
-    /// On how many threads: on those of the current rayon pool, or on so many others. Default: on those of the pool.
+    /// Numbers of threads; `None` stands for those of the current rayon pool. Default: those of the pool.
     pub threads: Vec<Option<usize>>,
-    /// Whether the baseline is measured too. Default: true.
+    /// True if the baseline is measured too. Default: true.
     pub baseline: bool,
 }
 
@@ -91,7 +92,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Checks that there is something to measure and that it can be.
+    /// Checks that there is something to measure and that all values are in their ranges.
     ///
     /// # Errors
     /// When a value is out of its range; the hint says what would do.
@@ -113,11 +114,11 @@ impl Options {
             );
         }
         let smallest = self.sizes.iter().min().copied().unwrap_or(*TILE_CELLS.start());
-        // The thesis' vertices are a metre apart.
+        // Vertices of the thesis are a metre apart, so cells are metres.
         Camera::check(self.minutes, self.speed_m_s, f64::from(smallest))
     }
 
-    /// What is measured, in the order of the tables.
+    /// Returns the configurations to measure, in the order of the tables.
     fn configurations(&self) -> Vec<Configuration> {
         let mut all = Vec::new();
         for method in [Method::Agents, Method::NoAgents] {
@@ -138,7 +139,7 @@ impl Options {
         all
     }
 
-    /// The configuration of a method that has the first of all that is varied, on the CPU.
+    /// Returns the configuration of a method with the first of each list of options, on the CPU.
     fn first(&self, method: Method) -> Configuration {
         let (layers, step) =
             (self.layers.first().copied().unwrap_or(1), self.steps.first().copied().unwrap_or(Step::All));
@@ -146,21 +147,21 @@ impl Options {
     }
 }
 
-/// What computes the land of tiles.
+/// The device that computes the land of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Engine {
     /// The CPU.
     Cpu,
-    /// A GPU, in groups of so many by so many threads.
+    /// A GPU, in square groups of threads.
     Gpu {
-        /// 8, 16 or 32.
+        /// Threads along a side of a group: 8, 16 or 32.
         group_side: u32,
     },
 }
 
 impl Engine {
-    /// What makes a world's land.
+    /// Returns the maker of a world's land.
     fn maker(self, world: &World) -> Result<Arc<dyn LandMaker>, Error> {
         let (device, group_side) = match self {
             Engine::Cpu => (Device::Cpu, 0),
@@ -170,33 +171,33 @@ impl Engine {
     }
 }
 
-/// How many tiles a step of the camera makes.
+/// Number of tiles that a step of the camera makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Step {
-    /// All that are missing.
+    /// All missing tiles.
     All,
-    /// One at most, the nearest: the next ones come with the next frames.
+    /// At most one, the nearest missing tile: the next ones come with the next frames.
     One,
 }
 
-/// What is measured beside others: how tiles are made, how many at once, and on what.
+/// A configuration to measure: the way tiles are made, how many at once, and on what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Configuration {
-    /// How tiles are made.
+    /// Method that makes the tiles.
     pub method: Method,
-    /// What computes their land.
+    /// Device that computes their land.
     pub engine: Engine,
     /// Layers of tiles around the camera's own.
     pub layers: u32,
-    /// How many tiles a step makes.
+    /// Number of tiles that a step makes.
     pub step: Step,
-    /// Threads that it may use; none: all of the experiment's. The baseline has one.
+    /// Threads that the configuration may use; none: all of the experiment's. The baseline has one.
     pub threads: Option<usize>,
 }
 
 impl Configuration {
-    /// What tables call it: the method, and what of the rest is not as in the thesis.
+    /// Returns the name in tables: the method, and each other choice that differs from the thesis.
     pub fn name(self) -> String {
         let mut name = self.method.name().to_owned();
         if self.method == Method::Baseline {
@@ -220,7 +221,7 @@ impl Configuration {
         name
     }
 
-    /// In how many things it differs from another one.
+    /// Returns the number of choices in which two configurations differ.
     fn differences(self, other: Configuration) -> usize {
         let differs = [
             self.method != other.method,
@@ -232,26 +233,26 @@ impl Configuration {
         differs.into_iter().filter(|differs| *differs).count()
     }
 
-    /// Whether a step of it makes the same tiles as one of another.
+    /// Tells whether a step of both configurations makes the same tiles.
     fn expands_as(self, other: Configuration) -> bool {
         (self.layers, self.step) == (other.layers, other.step)
     }
 }
 
-/// How tiles are made.
+/// The method that makes tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Ours, with rivers and roads.
+    /// terrane's own, with rivers and roads.
     Agents,
-    /// Ours, without.
+    /// terrane's own, without rivers and roads.
     NoAgents,
     /// The thesis' plain method, without rivers and roads: [`Baseline`].
     Baseline,
 }
 
 impl Method {
-    /// What tables call it.
+    /// Returns the name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Method::Agents => "agents",
@@ -261,25 +262,25 @@ impl Method {
     }
 }
 
-/// One expansion of the terrain: the tiles that a step of the camera has made.
+/// One expansion of the terrain: the tiles that a step of the camera makes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
     /// Seconds of the camera's time.
     pub time_s: f64,
-    /// How many tiles were made.
+    /// Number of tiles that were made.
     pub tiles: usize,
-    /// How long they took, in milliseconds.
+    /// Time that making them took, in milliseconds.
     pub elapsed_ms: f64,
 }
 
 /// All expansions of one configuration.
 #[derive(Debug)]
 pub struct Series {
-    /// How its tiles are made, and on what.
+    /// The configuration that made its tiles.
     pub configuration: Configuration,
     /// The expansions, in order.
     pub timings: Vec<Timing>,
-    /// Where its time goes: the processor time of each stage over all expansions.
+    /// Processor time of each stage over all expansions.
     pub stages: Vec<(String, Duration)>,
 }
 
@@ -288,20 +289,20 @@ pub struct Series {
 pub struct Walk {
     /// Cells a tile side.
     pub tile_cells: u32,
-    /// The configurations.
+    /// The results of each configuration.
     pub series: Vec<Series>,
-    /// The GPU that has computed some of them.
+    /// The GPU that computed some of the configurations.
     pub gpu: Option<String>,
     picture: Picture,
 }
 
 /// Walks over tiles of one size and measures all configurations, on the threads of the current rayon pool.
 ///
-/// It holds the tiles around the camera once for each of ours: about 45 bytes a vertex, nine tiles where there is one layer, for
-/// each configuration.
+/// For each configuration but the baseline, the walk holds the tiles around the camera: about 45 bytes a vertex, and
+/// nine tiles where there is one layer.
 ///
 /// # Errors
-/// When an option is out of its range, or a GPU or threads are asked for that cannot be had.
+/// When an option is out of its range, or a GPU or threads that are asked for are not available.
 pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     options.check()?;
     let world = world(tile_cells)?;
@@ -311,7 +312,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     let place = |frame: u64| camera.position_m(frame as f64 / FRAMES_A_SECOND);
     let series = |configuration| Series { configuration, timings: Vec::new(), stages: Vec::new() };
     let mut series: Vec<Series> = options.configurations().into_iter().map(series).collect();
-    // The tiles around the start are there before the first step.
+    // Each walker makes the tiles around the start here, so they are there before the first step.
     let makers = options.engines.iter().map(|engine| Ok((*engine, engine.maker(&world)?)));
     let makers = makers.collect::<Result<Vec<_>, Error>>()?;
     let walker = |configuration: Configuration| {
@@ -330,7 +331,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     let ours = series.iter().map(|series| series.configuration).filter(|it| it.method != Method::Baseline);
     let mut walkers = ours.map(walker).collect::<Result<Vec<Walking>, Error>>()?;
     if walkers.is_empty() {
-        // Somebody must know which tiles the baseline makes.
+        // Without another walker, this one finds the tiles that the baseline has to make.
         walkers.push(walker(options.first(Method::NoAgents))?);
     }
     let stages_at_start: Vec<_> = walkers.iter().map(|walking| walking.walker.clock().stages()).collect();
@@ -345,7 +346,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
         let time_s = frame as f64 / FRAMES_A_SECOND;
         let mut is_idle = true;
         let mut entered_by_first = Vec::new();
-        // The first one after the baseline finds the caches cold, so that is another one each time.
+        // The first walker after the baseline finds the caches cold, so each time another walker is first.
         for turn in 0..walkers.len() {
             let index = (turn + turns) % walkers.len();
             let walking = &mut walkers[index];
@@ -364,13 +365,13 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
             }
         }
         turns += usize::from(!is_idle);
-        // The last in the tables makes what the first one has made.
+        // The baseline is the last in the tables. It makes the tiles that the first walker has made.
         if let (Some(baseline), Some(series)) = (&baseline, series.last_mut())
             && !entered_by_first.is_empty()
         {
             let start = Instant::now();
             for id in &entered_by_first {
-                // Else the compiler could leave out a tile that nobody reads.
+                // Otherwise the compiler could leave out a tile that nobody reads.
                 black_box(baseline.tile(*id, &baseline_clock));
             }
             let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -380,7 +381,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     if let Some(message) = makers.iter().find_map(|(_, maker)| maker.trouble()) {
         return Err(Error::Device { message, hint: "measure without it: --device cpu".into() });
     }
-    // Where the time has gone since the start.
+    // Take the time of each stage since the start.
     for series in &mut series {
         let mut walked = walkers.iter().zip(&stages_at_start);
         series.stages = match walked.find(|(walking, _)| walking.configuration == series.configuration) {
@@ -392,7 +393,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     Ok(Walk { tile_cells, series, gpu, picture })
 }
 
-/// A walker that is measured, and the threads that it has for itself, if any.
+/// A walker that is measured, with its own pool of threads, if it has one.
 struct Walking<'w> {
     configuration: Configuration,
     walker: Walker<'w>,
@@ -400,7 +401,7 @@ struct Walking<'w> {
 }
 
 impl Walking<'_> {
-    /// Moves it to a place in metres east and south. `None` where nothing is made.
+    /// Moves the walker to a place in metres east and south. `None` where no tile is made.
     fn move_to(&mut self, [east_m, south_m]: [f64; 2]) -> Option<Expansion> {
         let Walking { walker, pool, .. } = self;
         let expansion = match pool {
@@ -411,7 +412,7 @@ impl Walking<'_> {
     }
 }
 
-/// What was booked between two looks at a clock, the longest first.
+/// Returns the time that each stage spent between two readings of a clock, the longest first.
 fn since(before: &[(String, Duration)], after: Vec<(String, Duration)>) -> Vec<(String, Duration)> {
     let before: BTreeMap<&str, Duration> = before.iter().map(|(stage, spent)| (&stage[..], *spent)).collect();
     let spent = |(stage, spent): (String, Duration)| {
@@ -423,11 +424,11 @@ fn since(before: &[(String, Duration)], after: Vec<(String, Duration)>) -> Vec<(
     stages
 }
 
-/// The world that is walked: the thesis' preset with rivers and roads, in tiles of a given size.
+/// Makes the world of the walk: the thesis' preset with rivers and roads, in tiles of a given size.
 fn world(tile_cells: u32) -> Result<World, Error> {
     let (_, mut preset) = Preset::load("thesis")?;
     preset.tile_cells = tile_cells;
-    // On tiles that are smaller than the thesis' smallest, beds are as narrow as a tile can hold.
+    // On tiles smaller than the thesis' smallest, beds are made as narrow as such a tile can hold.
     let most_m = tile_cells as f64 * preset.spacing_m / 4.0;
     let rivers = preset.rivers.get_or_insert_default();
     rivers.width_m = rivers.width_m.map(|width_m| width_m.min(most_m));
@@ -463,11 +464,11 @@ mod tests {
         assert!((55..=66).contains(&expansions), "{expansions} expansions");
         let picture = walk.picture.to_png();
         let report = Report::new(&options, 1, &[walk]);
-        // A bar for each; the thesis has none of this size.
+        // One bar for each configuration; the thesis has none of this size.
         let svg = chart::chart(&report);
         assert_eq!(svg.matches("<rect").count(), 1 + 3 + 3, "the paper, the bars and the legend: {svg}");
         assert!(svg.contains(">16x16<") && svg.ends_with("</svg>\n"), "{svg}");
-        // Tiles, the track over them, and nothing in the middle of the walk or around it.
+        // The picture has tiles, the track over them, and empty ground in the middle of the walk and around it.
         let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut pixels).unwrap();
@@ -503,7 +504,7 @@ mod tests {
             layers: vec![1, 2],
             steps: vec![Step::All, Step::One],
             threads: vec![None, Some(1)],
-            // So slow that one tile a step suffices.
+            // At this speed one tile a step suffices.
             speed_m_s: 40.0,
             minutes: 0.2,
             ..short(&[16])
@@ -516,7 +517,7 @@ mod tests {
             assert_eq!(tiles(name), tiles(&format!("{name} 1 thread")), "{name}");
         }
         assert_eq!(tiles("baseline"), tiles("agents"));
-        // Both come to the same tiles, one by one and all at once, but for the last few.
+        // All at once or one by one, the walk makes the same tiles but for the last few.
         let (all, one) = (tiles("agents 2 layers"), tiles("agents 2 layers tile by tile"));
         assert!(
             one.iter().all(|tiles| *tiles == 1) && all.iter().all(|tiles| (5..=9).contains(tiles)),
@@ -525,7 +526,7 @@ mod tests {
         assert!(all.iter().sum::<usize>().abs_diff(one.len()) <= 9, "{all:?} {one:?}");
         let report = Report::new(&options, 2, &[walk]);
         let record = &report.walks[0];
-        // With each other those that differ in one thing, and with the baseline those that make what it makes.
+        // Pairs that differ in one thing, and pairs with the baseline that make the same tiles.
         let of_baseline = record.comparisons.iter().filter(|it| it.second.method == Method::Baseline).count();
         assert_eq!((record.comparisons.len(), of_baseline), (12 + 2, 2));
         for method in &record.methods {

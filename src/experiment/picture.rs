@@ -1,4 +1,4 @@
-//! The walk from above: tiles by order of making, the rivers and roads on them, and the camera's track.
+//! A picture of the walk from above: tiles by order of making, the rivers and roads on them, and the camera's track.
 
 use crate::export::{Sample, png_bytes};
 use crate::tile::Tile;
@@ -7,10 +7,10 @@ use crate::tile::Tile;
 const LONGER_SIDE: f64 = 1600.0;
 /// Pixels around the tiles.
 const MARGIN: f64 = 8.0;
-/// A pixel of no tile.
+/// Order of a pixel that no tile covers.
 const NOTHING: u32 = u32::MAX;
 
-/// What lies on the ground of a pixel.
+/// The kind of ground at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cover {
     Land,
@@ -20,9 +20,9 @@ enum Cover {
 
 #[derive(Clone, Copy, Debug)]
 struct Pixel {
-    /// The expansion that has made it.
+    /// The number of the expansion that has made this ground.
     order: u32,
-    /// How bright the light from the north-west leaves it, 0 to 1.
+    /// Brightness in light from the north-west, 0 to 1.
     light: f32,
     cover: Cover,
 }
@@ -32,7 +32,7 @@ struct Pixel {
 pub(super) struct Picture {
     width: usize,
     height: usize,
-    /// The place of the north-western corner, in metres east and south.
+    /// Place of the north-western corner, in metres east and south.
     corner_m: [f64; 2],
     metres_a_pixel: f64,
     pixels: Vec<Pixel>,
@@ -41,7 +41,7 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// A picture with room for so many layers of tiles of `side_m` metres around all places of the camera.
+    /// Makes a picture with room for `layers` layers of tiles of `side_m` metres around all places of the camera.
     pub fn new(places: impl Iterator<Item = [f64; 2]>, side_m: f64, layers: u32) -> Picture {
         let layers = f64::from(layers);
         let track: Vec<[f64; 2]> = places.collect();
@@ -60,12 +60,12 @@ impl Picture {
         Picture { width, height, corner_m, metres_a_pixel, pixels: vec![nothing; width * height], track, last: 0 }
     }
 
-    /// Adds what an expansion has made; what is made again stays as it was.
+    /// Adds the tiles of an expansion. Pixels of tiles that were made before stay as they are.
     pub fn add<'a>(&mut self, order: usize, tiles: impl IntoIterator<Item = &'a Tile>, spacing_m: f64) {
         for tile in tiles {
             let area = tile.area();
             let from_metres = |metres: f64, axis: usize, limit: usize| {
-                // The pixels whose middle is inside.
+                // Take the pixels whose middle is inside.
                 let place = (metres - self.corner_m[axis]) / self.metres_a_pixel - 0.5;
                 place.ceil().clamp(0.0, limit as f64) as usize
             };
@@ -73,7 +73,7 @@ impl Picture {
                 ..from_metres((area.x1 - 1) as f64 * spacing_m, 0, self.width);
             let rows = from_metres(area.y0 as f64 * spacing_m, 1, self.height)
                 ..from_metres((area.y1 - 1) as f64 * spacing_m, 1, self.height);
-            // A pixel covers so many vertices; the first of them gives the light, all of them the lines.
+            // The number of vertices along a pixel. The first vertex gives the light, all of them the rivers and roads.
             let vertices = self.metres_a_pixel / spacing_m;
             for row in rows {
                 let y0 = ((self.corner_m[1] / spacing_m + row as f64 * vertices) as i64).clamp(area.y0, area.y1 - 1);
@@ -86,7 +86,8 @@ impl Picture {
                     if pixel.order == NOTHING {
                         self.last = self.last.max(order);
                         let [east, up, south] = tile.normals().at(x0, y0);
-                        // Light from the north-west: brighter where the normal leans there, 1.31 = sqrt(1 + 2 0.6^2) at most.
+                        // Light from the north-west: brighter where the normal leans there. The divisor 1.31 = sqrt(1 +
+                        // 2 0.6^2) is the largest value.
                         let light = ((up - 0.6 * (east + south)) / 1.31).clamp(0.0, 1.0);
                         *pixel = Pixel { order: order as u32, light, cover: cover(tile, [x0, y0, x1, y1]) };
                     }
@@ -95,7 +96,7 @@ impl Picture {
         }
     }
 
-    /// The finished picture as PNG.
+    /// Returns the finished picture as PNG.
     pub fn to_png(&self) -> Vec<u8> {
         let scale = 1.0 / self.last.max(1) as f32;
         let colour = |pixel: &Pixel| match (pixel.order, pixel.cover) {
@@ -108,7 +109,7 @@ impl Picture {
         };
         let mut bytes: Vec<u8> =
             self.pixels.iter().flat_map(|pixel| colour(pixel).map(|channel| channel as u8)).collect();
-        // The track: black with a white heart, so that it shows on every colour; a ring where it begins.
+        // Draw the track black with a white core, so that it shows on every colour, and a ring where it begins.
         for (radius, ink) in [(3.0, [0; 3]), (1.3, [255; 3])] {
             for pair in self.track.windows(2) {
                 self.draw_line(&mut bytes, pair[0], pair[1], radius, ink);
@@ -126,7 +127,7 @@ impl Picture {
         let pixel = |place: [f64; 2]| [0, 1].map(|axis| (place[axis] - self.corner_m[axis]) / self.metres_a_pixel);
         let ([x0, y0], [x1, y1]) = (pixel(from), pixel(to));
         let length = (x1 - x0).hypot(y1 - y0);
-        // Dots half a pixel apart look like a line.
+        // Draw dots half a pixel apart, which look like a line.
         let dots = (length * 2.0).ceil().max(1.0) as usize;
         for dot in 0..=dots {
             let share = dot as f64 / dots as f64;
@@ -147,15 +148,15 @@ impl Picture {
     }
 }
 
-/// What lies on some vertices of a tile or as far around them: one vertex of a river or a road is enough, so that thin
-/// ones show.
+/// Returns the kind of ground in a rectangle of vertices, widened by its own size on each side. One vertex of a river
+/// or a road is enough, so that thin ones show.
 fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> Cover {
     let Some(imprint) = tile.imprint() else { return Cover::Land };
     let area = tile.area();
     let (wide, high) = (x1 - x0, y1 - y0);
     let (x0, x1) = ((x0 - wide).max(area.x0), (x1 + wide).min(area.x1));
     let (y0, y1) = ((y0 - high).max(area.y0), (y1 + high).min(area.y1));
-    // A half is the middle of a shoulder or bank.
+    // A share of a half is the middle of a shoulder or bank.
     let holds =
         |share: &crate::grid::Grid<f32>| (y0..y1).any(|y| share.row(y, x0, x1).iter().any(|&share| share > 0.5));
     match (imprint.sand().is_some_and(holds), imprint.dirt().any(holds)) {
@@ -165,7 +166,8 @@ fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> Cover {
     }
 }
 
-/// The colour of a share of the walk: from violet over green to yellow, pale enough for rivers and roads to show.
+/// Returns the colour of a share of the walk: from violet over green to yellow, pale enough for rivers and roads to
+/// show.
 fn order_colour(share: f32) -> [f32; 3] {
     const STOPS: [[f32; 3]; 5] =
         [[94.0, 60.0, 153.0], [66.0, 113.0, 178.0], [52.0, 160.0, 145.0], [130.0, 205.0, 100.0], [250.0, 228.0, 60.0]];

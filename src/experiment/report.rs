@@ -1,4 +1,4 @@
-//! The experiment's results for people: tables, the report, and all files in their folder.
+//! Results of the experiment for readers: tables, the report, and all files in their folder.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::experiment::{
 use crate::export::Bytes;
 use crate::file::{remove_unfinished, sync_folder, write_whole};
 
-/// The names of all files that an experiment leaves.
+/// Names of all files that an experiment writes.
 pub const FILES: [&str; 5] = ["expansions.csv", "summary.json", "report.md", "chart.svg", "walk.png"];
 
 /// Writes all files into a folder that exists; each appears whole, and replaces an older one.
@@ -22,7 +22,7 @@ pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Er
     remove_unfinished(out)?;
     let mut json = serde_json::to_string_pretty(report).expect("a report is JSON");
     json.push('\n');
-    // Of the largest tiles: the same way over smaller ones is a thinner strip.
+    // Show the largest tiles: the same way over smaller ones is a thinner strip.
     let picture = walks.iter().max_by_key(|walk| walk.tile_cells).map_or_else(Vec::new, |walk| walk.picture.to_png());
     let contents =
         [expansions_csv(walks).into(), json.into(), report.to_markdown().into(), chart(report).into(), picture];
@@ -32,7 +32,7 @@ pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Er
     sync_folder(out)
 }
 
-/// Every expansion, one a line.
+/// Writes every expansion as a line of CSV.
 fn expansions_csv(walks: &[Walk]) -> String {
     let mut csv = String::from("tile_cells,method,index,time_s,tiles,milliseconds\n");
     for walk in walks {
@@ -47,18 +47,18 @@ fn expansions_csv(walks: &[Walk]) -> String {
     csv
 }
 
-/// Why writing into a String cannot fail.
+/// Message for `expect`: writing into a String cannot fail.
 pub(super) const TAKES_ALL: &str = "a String takes everything";
 
 impl Report {
-    /// The tables as plain text: timings, real time, t-tests and stages.
+    /// Returns the tables as plain text: timings, real time, t-tests and stages.
     pub fn to_text(&self) -> String {
         let tables = [self.timings(), self.real_time(), self.tests(), self.stages()];
         let parts = tables.map(|table| table.to_text());
         format!("{}\n\n{}", self.conditions(), parts.join("\n"))
     }
 
-    /// The report as Markdown.
+    /// Returns the report as Markdown.
     pub fn to_markdown(&self) -> String {
         let mut text = format!("# Experiment\n\n{}.\n", self.conditions());
         let parts = [
@@ -93,7 +93,7 @@ impl Report {
             brown, the camera's track white from the ring on.\n\n![The walk](walk.png)\n"
     }
 
-    /// Under which conditions it was measured, in one sentence.
+    /// Returns the conditions of the measurement in one sentence.
     fn conditions(&self) -> String {
         let Machine { processor, simd, memory_bytes, system, peak_bytes } = &self.machine;
         format!(
@@ -110,7 +110,7 @@ impl Report {
         )
     }
 
-    /// All configurations, with the tile size that they belong to.
+    /// Returns all configurations, each with its tile size.
     pub(super) fn configurations(&self) -> impl Iterator<Item = (u32, &MethodRecord)> {
         self.walks.iter().flat_map(|walk| walk.methods.iter().map(move |method| (walk.tile_cells, method)))
     }
@@ -192,7 +192,8 @@ impl Report {
 }
 
 impl Configuration {
-    /// The colour of its bars: that of its method and engine, towards others by what else is not as in the thesis.
+    /// Returns the colour of the configuration's bars: that of its method and engine, blended with other colours for
+    /// layers, steps and threads that differ from the thesis.
     pub(super) fn colour(self) -> String {
         let [mut red, mut green, mut blue] = match (self.method, self.engine) {
             (Method::Agents, Engine::Cpu) => [0x1f, 0x6f, 0x8b],
@@ -211,7 +212,7 @@ impl Configuration {
             }
         };
         if self.method != Method::Baseline {
-            // Further layers are darker, tile by tile is green, and other threads are yellow, the fewer the more so.
+            // More layers are darker, tile by tile is green, and a set number of threads is yellow, more so for fewer.
             mix([0x10, 0x10, 0x10], (40 * (self.layers as i32 - 1)).min(70));
             mix([0x4f, 0x8f, 0x2f], if self.step == Step::One { 55 } else { 0 });
             mix([0xf2, 0xc1, 0x4e], self.threads.map_or(0, |threads| 60 - 3 * threads.min(12) as i32));
@@ -220,12 +221,12 @@ impl Configuration {
     }
 }
 
-/// A number with some decimals; a dash where there is none.
+/// Formats a number with some decimals; a dash where there is none.
 fn number(value: impl Into<Option<f64>>, decimals: usize) -> String {
     value.into().filter(|value| value.is_finite()).map_or("-".into(), |value| format!("{value:.decimals$}"))
 }
 
-/// A probability, a dash where there is none; one that is too small for a number is said to be so.
+/// Formats a probability: a dash where there is none, and an upper bound where it is too small for a number.
 fn probability(p: Option<f64>) -> String {
     match p {
         None => "-".into(),
@@ -252,7 +253,7 @@ impl Table {
         (0..columns).map(width).collect()
     }
 
-    /// Columns side by side: words to the left, numbers to the right.
+    /// Returns the table as text in columns: words to the left, numbers to the right.
     fn to_text(&self) -> String {
         self.lines(|cells| format!("{}\n", cells.join("  ").trim_end()))
     }
@@ -261,7 +262,7 @@ impl Table {
         let mut text = self.lines(|cells| format!("| {} |\n", cells.join(" | ")));
         let dashes: Vec<String> = self.widths().into_iter().map(|width| "-".repeat(width)).collect();
         let end_of_header = text.find('\n').map_or(0, |at| at + 1);
-        // Markdown asks for a line of dashes under the header.
+        // Markdown needs a line of dashes under the header.
         text.insert_str(end_of_header, &format!("| {} |\n", dashes.join(" | ")));
         text
     }

@@ -1,31 +1,31 @@
-//! What the timings come to: moments, quantiles and t-tests.
+//! Statistics of timings: moments, quantiles and t-tests.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Numbers that describe a sample.
+/// Statistics of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// How many values there are.
+    /// Number of values.
     pub n: usize,
-    /// Their mean; NaN for none.
+    /// Mean; NaN for no values.
     pub mean: f64,
-    /// Their standard deviation, that of a sample: divided by n - 1. 0 for fewer than two values.
+    /// Standard deviation of a sample, with the divisor n - 1; 0 for fewer than two values.
     pub standard_deviation: f64,
-    /// The middle value; NaN for none.
+    /// Median; NaN for no values.
     pub median: f64,
-    /// What 99 of 100 values do not exceed; NaN for none.
+    /// 99th percentile; NaN for no values.
     pub percentile_99: f64,
-    /// The greatest value; NaN for none.
+    /// Greatest value; NaN for no values.
     pub greatest: f64,
 }
 
 impl Summary {
-    /// The summary of some values in any order.
+    /// Returns the summary of some values in any order.
     pub fn of(values: &[f64]) -> Summary {
         let n = values.len();
         let mut sorted = values.to_vec();
-        // Sums in sorted order too, so that the order of the values makes no difference to a bit.
+        // Sum in sorted order too, so that the order of the values does not change a bit of the result.
         sorted.sort_by(f64::total_cmp);
         let mean = sorted.iter().sum::<f64>() / n as f64;
         let squares: f64 = sorted.iter().map(|value| (value - mean).powi(2)).sum();
@@ -41,10 +41,10 @@ impl Summary {
     }
 }
 
-/// The value below which a share of the sorted values lies, linear between neighbours; NaN for none.
+/// Returns the value below which a share of the sorted values lies, linear between neighbours; NaN for no values.
 ///
-/// Based on: Hyndman and Fan, "Sample quantiles in statistical packages" (1996), definition 7, which most programs
-/// have as their default.
+/// Based on: Hyndman and Fan, "Sample quantiles in statistical packages" (1996), definition 7, the default of most
+/// programs.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = share * last as f64;
@@ -60,14 +60,14 @@ pub struct TTest {
     pub t: f64,
     /// Degrees of freedom.
     pub freedom: f64,
-    /// How probable such a difference is if the means are the same; 0 where it is too small for a number.
+    /// Probability of a difference at least as large if the means are the same; 0 where it is too small for a number.
     pub p: f64,
 }
 
 impl TTest {
-    /// Student's test, as in the thesis' table 7.2: it takes both variances for the same.
+    /// Student's test, as in the thesis' table 7.2: it assumes that both variances are the same.
     ///
-    /// `None` where it says nothing: fewer than two values on a side, or no variance at all.
+    /// `None` where the test says nothing: fewer than two values on a side, or no variance at all.
     pub fn student(a: &Summary, b: &Summary) -> Option<TTest> {
         let [degrees_a, degrees_b] = [a, b].map(|side| side.n as f64 - 1.0);
         let [variance_a, variance_b] = [a, b].map(|side| side.standard_deviation.powi(2));
@@ -76,9 +76,9 @@ impl TTest {
         TTest::new(a, b, pooled * (1.0 / a.n as f64 + 1.0 / b.n as f64), freedom)
     }
 
-    /// Welch's test: each side has a variance of its own.
+    /// Welch's test: it lets each side have a variance of its own.
     ///
-    /// `None` where it says nothing: fewer than two values on a side, or no variance at all.
+    /// `None` where the test says nothing: fewer than two values on a side, or no variance at all.
     pub fn welch(a: &Summary, b: &Summary) -> Option<TTest> {
         let [share_a, share_b] = [a, b].map(|side| side.standard_deviation.powi(2) / side.n as f64);
         let square = share_a + share_b;
@@ -86,9 +86,9 @@ impl TTest {
         TTest::new(a, b, square, freedom)
     }
 
-    /// The test of a difference whose squared standard error is `square`.
+    /// Makes the test of a difference whose squared standard error is `square`.
     fn new(a: &Summary, b: &Summary, square: f64, freedom: f64) -> Option<TTest> {
-        // Else degrees of freedom are zero or less, or the quotient has no value.
+        // Otherwise the degrees of freedom are zero or less, or the quotient has no value.
         if a.n < 2 || b.n < 2 || square <= 0.0 {
             return None;
         }
@@ -106,7 +106,7 @@ mod tests {
         assert!((got - expected).abs() <= 1e-9 * expected.abs(), "{got:e} instead of {expected:e}");
     }
 
-    // The expected values are those of SciPy 1.x: numpy.percentile and scipy.stats.ttest_ind.
+    // The expected values come from SciPy 1.x: numpy.percentile and scipy.stats.ttest_ind.
 
     const FEW: [f64; 10] = [19.8, 20.4, 19.6, 17.8, 18.5, 18.9, 18.3, 18.9, 19.5, 22.0];
     const MORE: [f64; 20] = [
@@ -136,7 +136,7 @@ mod tests {
         near(welch.t, -2.219_240_915_823_623_3);
         near(welch.freedom, 24.496_223_124_201_244);
         near(welch.p, 0.035_972_271_029_796_92);
-        // The sign is that of the difference, and the probability has none.
+        // The sign follows the order of the sides; the probability does not depend on it.
         assert_eq!(TTest::welch(&more, &few).unwrap(), TTest { t: -welch.t, ..welch });
     }
 
@@ -148,7 +148,7 @@ mod tests {
         let [a, b] = [sample(60, 1.0, 0.1, 7), sample(40, 2.0, 0.3, 5)];
         near(TTest::student(&a, &b).unwrap().p, 2.834_339_431_384_118_8e-37);
         near(TTest::welch(&a, &b).unwrap().p, 1.257_677_204_353_915e-23);
-        // Too small for a number, as for SciPy.
+        // The probability is too small for a number, as in SciPy.
         let [a, b] = [sample(200, 1.0, 0.01, 7), sample(150, 20.0, 0.03, 5)];
         assert_eq!(TTest::student(&a, &b).unwrap().p, 0.0);
     }

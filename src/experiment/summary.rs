@@ -1,4 +1,4 @@
-//! What the walks come to, as one record that tables, charts and the JSON file are made of.
+//! The results of all walks as one record, from which tables, charts and the JSON file are made.
 
 use std::time::Duration;
 
@@ -13,18 +13,18 @@ use crate::experiment::{
 pub struct Report {
     /// The version of terrane.
     pub terrane: &'static str,
-    /// What has computed the land of tiles besides the CPU.
+    /// The GPU that has computed the land of some tiles, if any.
     pub gpu: Option<String>,
-    /// What it was measured on.
+    /// The machine that the experiment ran on.
     #[serde(flatten)]
     pub machine: Machine,
-    /// The threads that ours may use where they are not said to have fewer; the baseline has one.
+    /// Threads that terrane's own configurations may use unless they name fewer; the baseline has one.
     pub threads: usize,
-    /// Minutes of the camera's time.
+    /// Minutes that the camera walks, in its own time.
     pub minutes: f64,
-    /// Metres a second of the camera.
+    /// Speed of the camera in metres a second.
     pub speed_m_s: f64,
-    /// One record for a tile size.
+    /// One record for each tile size.
     pub walks: Vec<WalkRecord>,
 }
 
@@ -33,55 +33,56 @@ pub struct Report {
 pub struct WalkRecord {
     /// Cells a tile side.
     pub tile_cells: u32,
-    /// One record for a configuration.
+    /// One record for each configuration.
     pub methods: Vec<MethodRecord>,
-    /// Tests of each configuration against each that follows it.
+    /// Tests of pairs of configurations: each pair that differs in one thing, and the baseline with each configuration
+    /// that makes the same tiles.
     pub comparisons: Vec<Comparison>,
 }
 
 /// The results of a configuration.
 #[derive(Clone, Debug, Serialize)]
 pub struct MethodRecord {
-    /// How tiles were made, and on what.
+    /// The configuration: method, engine, layers, step and threads.
     #[serde(flatten)]
     pub configuration: Configuration,
-    /// Tiles an expansion, on average.
+    /// Number of tiles of an expansion, on average.
     pub tiles: f64,
-    /// Milliseconds an expansion.
+    /// Milliseconds of an expansion.
     pub milliseconds: Summary,
-    /// What the thesis measured for the like, in milliseconds an expansion.
+    /// The thesis' result for a similar configuration, in milliseconds of an expansion.
     pub thesis_ms: Option<f64>,
-    /// The baseline's mean divided by this one.
+    /// Mean of the baseline divided by the mean of this configuration.
     pub speedup: Option<f64>,
-    /// The baseline's median divided by this one: what a busy machine disturbs least.
+    /// Median of the baseline divided by the median of this configuration, which a busy machine disturbs least.
     pub speedup_of_medians: Option<f64>,
-    /// Whether an expansion fits into a frame.
+    /// Tells for each frame rate whether an expansion fits into a frame.
     pub real_time: Vec<RealTime>,
-    /// Where the processor time goes, the longest stage first.
+    /// Processor time of each stage, the longest first.
     pub stages: Vec<StageRecord>,
 }
 
-/// Whether an expansion fits into a frame.
+/// Verdict on a frame rate: whether an expansion fits into a frame.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct RealTime {
     /// Frames a second.
     pub frames_a_second: u32,
     /// Milliseconds that a frame may take, as the thesis rounds them.
     pub frame_ms: f64,
-    /// On average.
+    /// True if an expansion fits on average.
     pub by_mean: bool,
-    /// In 99 of 100 expansions.
+    /// True if 99 of 100 expansions fit.
     pub by_percentile_99: bool,
 }
 
-/// A stage's part in the processor time.
+/// A stage's share of the processor time.
 #[derive(Clone, Debug, Serialize)]
 pub struct StageRecord {
-    /// The stage.
+    /// Name of the stage.
     pub stage: String,
-    /// Milliseconds of processor time an expansion.
+    /// Milliseconds of processor time in an expansion.
     pub milliseconds: f64,
-    /// Its share of all stages, 0 to 1.
+    /// Share of the time of all stages, 0 to 1.
     pub share: f64,
 }
 
@@ -92,14 +93,14 @@ pub struct Comparison {
     pub first: Configuration,
     /// The second one.
     pub second: Configuration,
-    /// Student's test, as in the thesis; none where it says nothing.
+    /// Student's test, as in the thesis; none where the test says nothing.
     pub student: Option<TTest>,
-    /// Welch's test; none where it says nothing.
+    /// Welch's test; none where the test says nothing.
     pub welch: Option<TTest>,
 }
 
 impl Report {
-    /// The results of some walks under `options` on `threads` threads.
+    /// Sums up walks that were made with `options` on `threads` threads.
     pub fn new(options: &Options, threads: usize, walks: &[Walk]) -> Report {
         Report {
             terrane: env!("CARGO_PKG_VERSION"),
@@ -118,7 +119,8 @@ impl WalkRecord {
         let baseline = walk.series.iter().find(|series| series.configuration.method == Method::Baseline);
         let methods: Vec<MethodRecord> =
             walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline)).collect();
-        // Each pair once that differs in one thing, in the order of the tables; and all beside the baseline that make the same tiles.
+        // Compare each pair that differs in one thing, in the order of the tables, and the baseline with each
+        // configuration that makes the same tiles.
         let pairs = (0..methods.len()).flat_map(|a| (a + 1..methods.len()).map(move |b| (a, b)));
         let pairs = pairs.filter(|(a, b)| {
             let [first, second] = [a, b].map(|index| methods[*index].configuration);
@@ -143,7 +145,7 @@ impl WalkRecord {
 impl MethodRecord {
     fn new(series: &Series, tile_cells: u32, baseline: Option<&Series>) -> MethodRecord {
         let milliseconds = summary_of(series);
-        // The baseline is no faster than itself, and what was not measured has no speed, nor has what makes other tiles.
+        // A speedup needs timings and a baseline that makes the same tiles. The baseline itself has none.
         let is_like = |baseline: &&Series| {
             series.configuration.method != Method::Baseline && series.configuration.expands_as(baseline.configuration)
         };

@@ -1,8 +1,8 @@
-//! What the thesis measured, to stand beside what is measured here.
+//! Results of the thesis, to stand beside those of this experiment.
 
 use crate::experiment::{Configuration, Engine, Method, Step};
 
-/// A row of the thesis' tables: milliseconds an expansion on a Core i7-2600K and a GeForce GTX 460.
+/// A row of the thesis' tables: milliseconds of an expansion on a Core i7-2600K and a GeForce GTX 460.
 ///
 /// Source: Grelsson (2014), tables 6.1 to 6.4 and 7.2.
 #[derive(Clone, Copy, Debug)]
@@ -17,22 +17,23 @@ pub struct ThesisRow {
     pub gpu_groups_ms: [f64; 3],
     /// On the GPU, without agents.
     pub gpu_without_agents_ms: f64,
-    /// Its t-test of CPU against GPU.
+    /// p value of the thesis' t-test of CPU against GPU.
     pub p: f64,
 }
 
 impl ThesisRow {
-    /// The row of a tile size; `None` for one that the thesis did not measure.
+    /// Returns the row of a tile size; `None` for a size that the thesis did not measure.
     pub fn of(tile_cells: u32) -> Option<&'static ThesisRow> {
         THESIS.iter().find(|row| row.tile_cells == tile_cells)
     }
 
-    /// On the GPU, with agents, in the groups that were the fastest.
+    /// Returns the milliseconds on the GPU, with agents, in groups of the fastest size.
     pub fn gpu_ms(&self) -> f64 {
         self.gpu_groups_ms.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// What was measured for the like of a configuration; `None` where it expands otherwise than the thesis' terrain.
+    /// Returns the thesis' result for a similar configuration; `None` where the terrain expands in another way than in
+    /// the thesis.
     pub(super) fn milliseconds(&self, configuration: Configuration) -> Option<f64> {
         if (configuration.layers, configuration.step) != (1, Step::All) {
             return None;
@@ -51,7 +52,7 @@ impl ThesisRow {
     }
 }
 
-/// All of the thesis' rows.
+/// All rows of the thesis.
 pub const THESIS: &[ThesisRow] = &[
     ThesisRow {
         tile_cells: 64,
@@ -87,5 +88,6 @@ pub const THESIS: &[ThesisRow] = &[
     },
 ];
 
-/// Frames a second that the thesis asks for, and the milliseconds that a frame may then take (its table 7.1).
+/// Frame rates, in frames a second, that the thesis asks for, each with the milliseconds that a frame may then take
+/// (its table 7.1).
 pub const FRAME_RATES: [(u32, f64); 3] = [(15, 67.0), (30, 33.0), (60, 17.0)];

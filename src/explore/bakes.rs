@@ -1,7 +1,7 @@
-//! Bakes that the page asks for: the command line, what it would take, and how far one is.
+//! Bakes that the page starts: the command line, the plan of a dry run, and the progress.
 //!
-//! The command that the page shows is the one that runs, as a program of its own: what it needs, and what becomes of it, is no matter of
-//! those who look at the map.
+//! A bake runs as a process of its own, with exactly the command that the page shows, so that its use of memory and its
+//! failures do not affect those who look at the map.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read};
@@ -19,48 +19,48 @@ use crate::explore::worlds::{Opened, Recipe};
 use crate::export::{Export, Profile};
 use crate::shell::quoted;
 
-/// Bakes that run at a time.
+/// Largest number of bakes that run at the same time.
 const MOST_RUNNING: usize = 2;
 
-/// Tiles a side of what a page bakes at most.
+/// Largest side of a bake of the page, in tiles.
 const MOST_TILES: u64 = 1 << 20;
 
-/// A rectangle that is to be baked.
+/// A request to bake a rectangle.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Order {
-    /// The identity of its world.
+    /// Identity of the world to bake.
     pub world: String,
-    /// Its north-western tile, and its size in tiles.
+    /// Column and row of the north-western tile; `size` is the number of columns and rows.
     pub at: [i64; 2],
     pub size: [u64; 2],
-    /// Every how manyth vertex.
+    /// Stride of the vertices: with n, the bake has every n-th vertex.
     #[serde(default = "one")]
     pub scale: u32,
-    /// The program that the files are for, if it is a certain one.
+    /// Name of the profile, if the files are for a certain program.
     #[serde(default)]
     pub profile: Option<String>,
-    /// Files beside those of the profile; without one they are the files of any bake.
+    /// Exports beside those of the profile. Without a profile they replace the default exports of a bake.
     #[serde(default)]
     pub exports: Option<String>,
-    /// What becomes of a bake that is in the folder.
+    /// Treatment of a bake that is already in the folder.
     #[serde(default)]
     pub mode: Mode,
-    /// Whether the command alone is wanted, without what it takes.
+    /// True if only the command is wanted, without the plan of a dry run.
     #[serde(default)]
     pub quick: bool,
 }
 
-/// What becomes of a bake that is in the folder already.
+/// Treatment of a bake that is already in the folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Mode {
-    /// There must be none.
+    /// Refuse: the folder must hold no bake.
     #[default]
     New,
-    /// It is replaced.
+    /// Replace the bake.
     Overwrite,
-    /// It was cut off, and goes on.
+    /// Continue the bake, which was interrupted.
     Resume,
 }
 
@@ -78,7 +78,7 @@ fn one() -> u32 {
     1
 }
 
-/// What is known of a bake.
+/// State of a bake, as the page gets it.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Progress {
     state: &'static str,
@@ -86,12 +86,12 @@ pub(super) struct Progress {
     done: u64,
     of: Option<u64>,
     seconds_left: Option<f64>,
-    /// The folder, when it is there.
+    /// The folder, once the bake has reported that it is done.
     out: Option<String>,
     error: Option<Failure>,
 }
 
-/// States of a bake whose program has not ended.
+/// States of a bake whose process has not ended.
 const RUNNING: &str = "running";
 const STOPPING: &str = "stopping";
 
@@ -106,7 +106,7 @@ struct Running {
     progress: Progress,
 }
 
-/// All bakes since the explorer was started, by their number from 1.
+/// All bakes since the explorer was started; the number of a bake is its index plus 1.
 pub(super) struct Bakes {
     program: PathBuf,
     all: Arc<Mutex<Vec<Running>>>,
@@ -117,16 +117,16 @@ impl Bakes {
         Bakes { program, all: Arc::default() }
     }
 
-    /// The arguments of the command that bakes a rectangle of a world.
+    /// Returns the arguments of the command that bakes a rectangle of a world.
     ///
     /// # Errors
-    /// When it is none.
+    /// When the size, the profile or the exports are not valid.
     pub fn arguments(order: &Order, opened: &Opened) -> Result<Vec<String>, Failure> {
         let Order { at, size, scale, profile, exports, .. } = order;
         if size.iter().any(|side| !(1..=MOST_TILES).contains(side)) {
             return Err(Failure::new(Status::Malformed, format!("size: expected 1 to {MOST_TILES} tiles a side"), ""));
         }
-        // What is no export, or no profile, would be an option to the command.
+        // Check both: the command would take a text that is no export or profile for an option.
         let of = |error| Failure::of(&error);
         exports.as_deref().map(Export::parse_list).transpose().map_err(of)?;
         let profile = profile.as_deref().map(Profile::from_str).transpose().map_err(of)?;
@@ -150,11 +150,11 @@ impl Bakes {
         Ok(arguments)
     }
 
-    /// What a bake would take, as a dry run tells it; and why it may not be baked as things are, if that is so: as a rule the folder
-    /// holds something.
+    /// Returns the plan of a bake from a dry run, and a failure if the bake cannot start as things are: as a rule
+    /// because the folder holds something.
     ///
     /// # Errors
-    /// When it cannot be baked at all.
+    /// When the rectangle cannot be baked at all.
     pub fn plan(&self, arguments: &[String]) -> Result<(Value, Option<Failure>), Failure> {
         let output = self.command(arguments).arg("--dry-run").output().map_err(|error| cannot_start(&error))?;
         let messages = String::from_utf8_lossy(&output.stdout);
@@ -167,10 +167,10 @@ impl Bakes {
         }
     }
 
-    /// Begins to bake; returns the number of the bake.
+    /// Starts a bake and returns its number.
     ///
     /// # Errors
-    /// When too many bakes run, or it cannot be started.
+    /// When too many bakes run, or the command cannot be started.
     pub fn begin(&self, arguments: &[String], mode: Mode) -> Result<usize, Failure> {
         let mut all = self.all();
         let running = all.iter().filter(|bake| bake.progress.is_alive()).count();
@@ -192,25 +192,25 @@ impl Bakes {
         let (index, shared) = (all.len() - 1, self.all.clone());
         drop(all);
         let listen = move || listen(messages, &shared, index);
-        // Where no thread can be started nobody listens, and it is not known how far it is.
+        // If no thread can be started, nobody listens: the bake runs, but its progress stays unknown.
         _ = thread::Builder::new().spawn(listen);
         Ok(index + 1)
     }
 
-    /// How far a bake is.
+    /// Returns the progress of a bake.
     ///
     /// # Errors
-    /// When there is none of that number.
+    /// When there is no bake of that number.
     pub fn progress(&self, number: u64) -> Result<Progress, Failure> {
         let all = self.all();
         let index = (number as usize).wrapping_sub(1);
         all.get(index).map(|bake| bake.progress.clone()).ok_or_else(Failure::missing)
     }
 
-    /// Stops a bake, as an interrupt does: what it has made is kept, and the same command with `--resume` goes on with it.
+    /// Stops a bake as an interrupt does: finished work is kept, and the same command with `--resume` goes on with it.
     ///
     /// # Errors
-    /// When there is none of that number.
+    /// When there is no bake of that number.
     pub fn cancel(&self, number: u64) -> Result<Progress, Failure> {
         let mut all = self.all();
         let bake = all.get_mut((number as usize).wrapping_sub(1)).ok_or_else(Failure::missing)?;
@@ -221,10 +221,10 @@ impl Bakes {
         Ok(bake.progress.clone())
     }
 
-    /// The map in the folder of a bake that is done.
+    /// Returns the path of the map in the folder of a finished bake.
     ///
     /// # Errors
-    /// When it is not done, or has no map.
+    /// When the bake is not done, or has no map.
     pub fn map(&self, number: u64) -> Result<PathBuf, Failure> {
         let progress = self.progress(number)?;
         let out = progress.out.filter(|_| progress.state == "done");
@@ -245,7 +245,7 @@ impl Bakes {
 }
 
 impl Drop for Bakes {
-    /// Who closes the explorer does not wait for bakes, and finds what they have made.
+    /// Interrupts all running bakes and does not wait for them. Finished work stays in their folders.
     fn drop(&mut self) {
         self.all().iter_mut().filter(|bake| bake.progress.state == RUNNING).for_each(|bake| interrupt(&mut bake.child));
     }
@@ -254,19 +254,19 @@ impl Drop for Bakes {
 #[cfg(unix)]
 fn interrupt(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process};
-    // One that has ended already needs no signal.
+    // An error is ignored: a process that has ended already needs no signal.
     if let Some(id) = Pid::from_raw(child.id() as i32) {
         _ = kill_process(id, Signal::INT);
     }
 }
 
-/// Bakes leave nothing that looks whole, whatever ends them.
+/// Kills the process, for lack of an interrupt. A bake leaves nothing that looks whole, whatever ends it.
 #[cfg(not(unix))]
 fn interrupt(child: &mut Child) {
     _ = child.kill();
 }
 
-/// Takes in what a bake says of itself until it ends.
+/// Reads the messages of a bake until it ends, and updates its progress.
 fn listen(messages: impl Read, all: &Mutex<Vec<Running>>, index: usize) {
     let change = |change: &dyn Fn(&mut Running)| {
         change(&mut all.lock().expect("no thread panics while it looks at bakes")[index]);
@@ -292,7 +292,7 @@ fn listen(messages: impl Read, all: &Mutex<Vec<Running>>, index: usize) {
         let is_good = bake.child.wait().is_ok_and(|status| status.success());
         let progress = &mut bake.progress;
         progress.state = match progress.state {
-            // It may have been done before it was told to stop.
+            // The bake may have been done before it was told to stop.
             _ if is_good && progress.out.is_some() => "done",
             STOPPING => "cancelled",
             _ => {
@@ -305,7 +305,7 @@ fn listen(messages: impl Read, all: &Mutex<Vec<Running>>, index: usize) {
     });
 }
 
-/// What a command says is wrong.
+/// Converts an error message of the command to a failure.
 fn said(error: &Value) -> Failure {
     Failure::new(
         Status::Faulty,
@@ -318,7 +318,7 @@ fn cannot_start(error: &std::io::Error) -> Failure {
     Failure::new(Status::Broken, format!("the command cannot be started: {error}"), "")
 }
 
-/// A command as one types it.
+/// Returns the command line as somebody would type it.
 pub(super) fn typed(arguments: &[String]) -> String {
     let mut text = "terrane".to_owned();
     for argument in arguments {

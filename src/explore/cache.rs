@@ -1,7 +1,7 @@
-//! Drawn tiles on the disk, by the digest of all that they depend on.
+//! A cache of drawn tiles on the disk, under the digest of all that they depend on.
 //!
-//! A file is a hash and what it is the hash of: what was half-written, or has been damaged, is not taken for a tile. Any number of
-//! programs may share a folder, for a digest names the same bytes to all of them.
+//! A file holds a hash and then the hashed bytes, so that a half-written or damaged file is not taken for a tile. Any
+//! number of programs may share a folder, for a digest stands for the same bytes in all of them.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
@@ -13,13 +13,13 @@ use std::time::{Duration, SystemTime};
 use crate::error::Error;
 use crate::file::make_folder;
 
-/// Bytes of the hash that a file begins with.
+/// Number of bytes of the hash that a file begins with.
 const HASH: usize = blake3::OUT_LEN;
 
-/// A file that was used this shortly ago is not marked as used again.
+/// Time since the last use within which a file is not marked as used again.
 const JUST_USED: Duration = Duration::from_mins(1);
 
-/// Files of some bytes together, of which the ones that were not used for the longest time are removed.
+/// Files that together stay within a limit of bytes: the least recently used ones are removed.
 #[derive(Debug)]
 pub(super) struct Cache {
     folder: PathBuf,
@@ -27,11 +27,11 @@ pub(super) struct Cache {
     known: Mutex<Known>,
 }
 
-/// What there is, as far as this program knows.
+/// The files in the folder, as far as this program knows.
 #[derive(Debug, Default)]
 struct Known {
     files: HashMap<blake3::Hash, Entry>,
-    /// The same by when they were used last, in the order of a count.
+    /// The keys of the same files by their last use, as a running number.
     by_use: BTreeMap<u64, blake3::Hash>,
     uses: u64,
     bytes: u64,
@@ -61,15 +61,15 @@ impl Known {
 }
 
 impl Cache {
-    /// The cache in a folder, which is made if it is not there.
+    /// Opens the cache in a folder, which is made if it does not exist.
     ///
     /// # Errors
-    /// When it cannot be made or read.
+    /// When the folder cannot be made or read.
     pub fn open(folder: &Path, limit: u64) -> Result<Cache, Error> {
         make_folder(folder)?;
         let mut found = Vec::new();
         for shelf in fs::read_dir(folder).map_err(Error::io(folder))?.filter_map(Result::ok) {
-            // What is no folder of ours is left alone, and what goes away meanwhile is not there.
+            // Skip what is no folder or file of the cache, and what another program removes meanwhile.
             for file in fs::read_dir(shelf.path()).into_iter().flatten().filter_map(Result::ok) {
                 let name = file.file_name();
                 let key = name.to_str().and_then(|name| blake3::Hash::from_hex(name).ok());
@@ -87,7 +87,7 @@ impl Cache {
         Ok(cache)
     }
 
-    /// What was kept under a digest, if it is there and whole.
+    /// Returns the bytes kept under a digest, if the file is there and whole.
     pub fn get(&self, key: &blake3::Hash) -> Option<Vec<u8>> {
         let path = self.path(key);
         let mut file = fs::read(&path).ok()?;
@@ -98,7 +98,7 @@ impl Cache {
             return None;
         }
         self.known().insert(*key, file.len() as u64);
-        // For those who open it next.
+        // Mark the file as used, for programs that open the cache later.
         let now = SystemTime::now();
         let used = path.metadata().and_then(|about| about.modified());
         if used.is_ok_and(|used| now.duration_since(used).is_ok_and(|ago| ago > JUST_USED)) {
@@ -108,7 +108,7 @@ impl Cache {
         Some(file)
     }
 
-    /// Keeps something under its digest. Where the disk does not take it, it is drawn again another time.
+    /// Keeps bytes under their digest. If the disk refuses, the tile is drawn again another time.
     pub fn put(&self, key: &blake3::Hash, bytes: &[u8]) {
         let path = self.path(key);
         let shelf = path.parent().expect("a file lies in a folder");
@@ -126,7 +126,7 @@ impl Cache {
         }
     }
 
-    /// Removes what was not used for the longest time until the rest is within the limit.
+    /// Removes the least recently used files until the rest is within the limit.
     fn tidy(&self) {
         let mut known = self.known();
         while known.bytes > self.limit {
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(cache.get(&key(99)), Some(vec![99; 968]));
         assert_eq!(cache.get(&key(50)), None);
         drop(cache);
-        // Who opens it next knows what there is, and takes no more than it may.
+        // The next program to open the folder finds the files, and keeps to its own limit.
         let smaller = Cache::open(folder.path(), 5_000).unwrap();
         assert_eq!(bytes_in(folder.path()), 5_000);
         assert_eq!(smaller.get(&key(99)), Some(vec![99; 968]));

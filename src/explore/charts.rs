@@ -1,4 +1,4 @@
-//! The maps of open worlds at their zoom levels, as they are drawn from.
+//! The maps of open worlds at their zoom levels, from which tiles are drawn.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -10,17 +10,18 @@ use crate::map::Chart;
 use crate::map::scale::Scale;
 use crate::map::style::Style;
 
-/// Levels that are kept, each stage apart: each remembers its land ([`Chart::REMEMBERED`]) and what is planned on it.
+/// Largest number of levels that are kept, where each stage counts as a level. A level remembers its land
+/// ([`Chart::REMEMBERED`]) and what is planned on it.
 const MOST: usize = 4;
 
-/// Pixels of a millimetre on screens, by which lines and letters have their size.
+/// Pixels in a millimetre on screens, by which lines and letters get their size.
 const PIXELS_A_MM: f64 = 96.0 / 25.4;
 
-/// The maps of a level in the styles that were asked for, which have their land in common.
+/// The maps of a level in the styles that were asked for. They share their land.
 #[derive(Default)]
 struct Level(Mutex<BTreeMap<&'static str, Arc<OnceLock<Arc<Chart>>>>>);
 
-/// Those that were asked for last, in front.
+/// The kept levels, most recently used first.
 #[derive(Default)]
 pub(super) struct Charts(Mutex<VecDeque<(Key, Arc<Level>)>>);
 
@@ -33,7 +34,7 @@ struct Key {
 }
 
 impl Charts {
-    /// The map of a world at a zoom level.
+    /// Returns the map of a world at a zoom level.
     ///
     /// # Errors
     /// When there is no such style.
@@ -55,7 +56,7 @@ impl Charts {
         }
         let mut drawn = Style::load(style)?;
         if stage != Stage::Full {
-            // What must be planned on all land around, or written around what is.
+            // Glances and drafts leave out what must be planned on all the land around, and what is written around it.
             drawn.contours.draw = false;
             drawn.roads.draw = false;
             drawn.places.draw = false;
@@ -69,7 +70,7 @@ impl Charts {
             (None, Some(halvings)) => Chart::sketch(&opened.world, drawn, scale, halvings),
             (None, None) => Chart::of_world(&opened.world, drawn, scale),
         };
-        // Of two threads that were here at once one is forgotten: they are the same.
+        // Two threads may have made the same chart at once: one of them is dropped.
         Ok(slot.get_or_init(|| chart).clone())
     }
 

@@ -6,7 +6,7 @@ const HTML: &str = "text/html; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// Name, kind and content.
+/// Name, content type and content of each file.
 const FILES: &[(&str, &str, &str)] = &[
     ("index.html", HTML, include_str!("page/index.html")),
     ("viewer.css", STYLE, LOOK),
@@ -22,7 +22,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("explore.js", SCRIPT, include_str!("page/explore.js")),
 ];
 
-/// A file of the page, with what kind it is.
+/// Returns the content type and the content of a file of the page.
 pub(super) fn file(name: &str) -> Option<(&'static str, &'static str)> {
     FILES.iter().find(|(known, ..)| *known == name).map(|(_, kind, content)| (*kind, *content))
 }

@@ -1,7 +1,7 @@
-//! What is asked for, on its way to the threads that draw it.
+//! A queue of requests, and the threads that serve it.
 //!
-//! Who asks gets a [`Ticket`], which it waits for and may drop. What several ask for is done once; what nobody waits for any more is
-//! taken out, or stopped where it is under way.
+//! Whoever asks gets a [`Ticket`], and may wait for it or drop it. A product that several ask for is made once. Once
+//! all its tickets are dropped, a job is removed from the queue, or stopped if it is under way.
 
 use std::collections::{HashMap, VecDeque};
 use std::future::Future;
@@ -18,38 +18,39 @@ use crate::error::Error;
 use crate::explore::request::{Failure, Status};
 use crate::stop::{self, Stopper};
 
-/// What a thread makes of a request: bytes for the page.
+/// The bytes that a job makes for the page, in parts.
 pub(super) type Product = Arc<Vec<Vec<u8>>>;
 
-/// What comes out of it.
+/// The result of a job, as a ticket gets it.
 pub(super) type Outcome = Result<Product, Failure>;
 
-/// How long a thread waits before it looks whether all is to end.
+/// Interval at which a waiting thread checks whether the program is to end.
 const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Things that wait in a lane at most.
+/// Largest number of jobs that wait in a lane.
 const MOST_WAITING: usize = 256;
 
-/// Which threads do it.
+/// The group of threads that does a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
-    /// What somebody points at just now: it is little, and there is not much of it.
+    /// For what somebody points at: small jobs, and few of them.
     Pointer,
-    /// What is done in a second or two, and is waited for.
+    /// For jobs of a second or two, which somebody waits for.
     Quick,
-    /// What may take a minute.
+    /// For jobs that may take a minute.
     Slow,
 }
 
 impl Lane {
     const ALL: [Lane; 3] = [Lane::Pointer, Lane::Quick, Lane::Slow];
 
-    /// Its threads, of so many for each lane that draws.
+    /// Returns the number of threads of the lane, if each lane that draws has `drawing` threads.
     fn threads(self, drawing: usize) -> usize {
         if self == Lane::Pointer { 1 } else { drawing }
     }
 
-    /// How much less of the processor its threads get where those of others have work too, in steps of the system's.
+    /// Returns the niceness of the lane's threads, in steps of the system: the higher it is, the less of the processor
+    /// they get while threads of other lanes have work.
     #[cfg(target_os = "linux")]
     fn nicer(self) -> i32 {
         match self {
@@ -60,7 +61,7 @@ impl Lane {
     }
 }
 
-/// Three lanes of threads.
+/// Three lanes of threads, and the jobs that wait for them.
 #[derive(Debug)]
 pub(super) struct Queue {
     shared: Arc<Shared>,
@@ -76,7 +77,7 @@ struct Shared {
 struct State {
     lanes: [VecDeque<blake3::Hash>; Lane::ALL.len()],
     jobs: HashMap<blake3::Hash, Job>,
-    /// Jobs and those who wait, counted, so that each has a number of its own.
+    /// Number of jobs and tickets so far, so that each gets a number of its own.
     count: u64,
     is_closed: bool,
 }
@@ -84,7 +85,7 @@ struct State {
 struct Job {
     number: u64,
     lane: Lane,
-    /// Until a thread takes it.
+    /// The work; `None` once a thread has taken it.
     work: Option<Work>,
     stopper: Stopper,
     waiting: Vec<(u64, oneshot::Sender<Outcome>)>,
@@ -101,7 +102,7 @@ impl std::fmt::Debug for Job {
     }
 }
 
-/// One who waits for something.
+/// A claim to the outcome of a job. Dropping the last ticket of a job stops the job.
 #[derive(Debug)]
 pub(super) struct Ticket {
     key: blake3::Hash,
@@ -111,10 +112,11 @@ pub(super) struct Ticket {
 }
 
 impl Queue {
-    /// Starts so many threads for each lane that draws, and one for what is pointed at, which end with the queue.
+    /// Starts the given number of threads for each lane that draws, and one for the pointer lane. They end with the
+    /// queue.
     ///
     /// # Errors
-    /// When the system starts no more.
+    /// When the system cannot start that many threads.
     pub fn start(threads: usize) -> Result<Queue, Error> {
         let queue = Queue { shared: Arc::new(Shared { state: Mutex::default(), come: Condvar::new() }) };
         let all: Vec<Lane> =
@@ -131,15 +133,15 @@ impl Queue {
         Ok(queue)
     }
 
-    /// Whether nothing is under way or waits.
+    /// Tells whether no job waits or is under way.
     pub fn is_idle(&self) -> bool {
         self.shared.state().jobs.is_empty()
     }
 
-    /// Asks for what a digest names, which `work` makes if nobody else has asked for it.
+    /// Asks for the product that a digest names. `work` makes it, unless somebody else has asked for the same product.
     ///
     /// # Errors
-    /// When too much is waiting.
+    /// When too many jobs wait in the lane.
     pub fn ask(
         &self,
         lane: Lane,
@@ -182,12 +184,13 @@ impl Shared {
         self.state.lock().expect("no thread panics while it looks at the queue")
     }
 
-    /// Does what there is in a lane until all is to end.
+    /// Does the jobs of a lane until the program is to end.
     fn serve(&self, lane: Lane) {
         #[cfg(target_os = "linux")]
-        // Where it may not be, all lanes get as much.
+        // If the system refuses, all lanes get the same share of the processor.
         let _ = rustix::process::nice(lane.nicer());
-        // What is drawn asks for threads: this one is all that it gets, so that its stopper stops all of it.
+        // Drawing uses rayon. Give it a pool of this thread alone: a stopper works only on its own thread, so it stops
+        // all of the job.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
         let _pool = pool.expect("a pool of one thread that is there already starts none");
         loop {
@@ -196,7 +199,7 @@ impl Shared {
                 if state.is_closed || stop::is_requested() {
                     return;
                 }
-                // What was taken out is not there any more.
+                // If the job of a key was removed, go on with the next key.
                 if let Some(key) = state.lanes[lane as usize].pop_front() {
                     let taken = state.jobs.get_mut(&key).and_then(|job| {
                         let work = job.work.take()?;
@@ -211,7 +214,7 @@ impl Shared {
                 state = waited.expect("no thread panics while it looks at the queue").0;
             };
             drop(state);
-            // Another one is drawn all the same.
+            // A panic must not end the thread: it has other jobs to do.
             let done = catch_unwind(AssertUnwindSafe(|| stopper.run(work)));
             let outcome = match done {
                 Ok(done) => done.map_err(|error| Failure::of(&error)),
@@ -220,12 +223,12 @@ impl Shared {
                 }
             };
             let mut state = self.state();
-            // If everybody left and others came, it is theirs that is there now.
+            // If all tickets were dropped and somebody asked anew, the job of this key is another one.
             if state.jobs.get(&key).is_some_and(|job| job.number == number) {
                 let job = state.jobs.remove(&key).expect("it was there");
                 drop(state);
                 for (_, sender) in job.waiting {
-                    // Who left is not told.
+                    // An error means that the ticket was dropped: nobody is left to tell.
                     _ = sender.send(outcome.clone());
                 }
             }
@@ -292,7 +295,7 @@ mod tests {
         assert_eq!(wait(first.unwrap()).unwrap()[0], [1]);
         assert_eq!(wait(second.unwrap()).unwrap()[0], [1]);
         assert_eq!(made.load(Ordering::Relaxed), 1);
-        // Afterwards it is made anew.
+        // A later request makes the product anew.
         assert_eq!(wait(queue.ask(Lane::Quick, key(1), || Ok(product(2))).unwrap()).unwrap()[0], [2]);
     }
 
@@ -311,7 +314,7 @@ mod tests {
         begins.recv().unwrap();
         let waiting = queue.ask(Lane::Slow, key(2), || unreachable!("nobody wants it")).unwrap();
         let last = queue.ask(Lane::Slow, key(3), || Ok(product(3))).unwrap();
-        // The other lane does not wait for it.
+        // The other lane does not wait for the endless job.
         assert!(wait(queue.ask(Lane::Quick, key(4), || Ok(product(4))).unwrap()).is_ok());
         drop(waiting);
         drop(running);
@@ -326,7 +329,7 @@ mod tests {
         let queue = Queue::start(2).unwrap();
         let (go, gone) = channel::<()>();
         let gone = Arc::new(Mutex::new(gone));
-        // More than there are threads, in both of the lanes that draw.
+        // More jobs than threads in both lanes that draw.
         let lanes = [Lane::Quick, Lane::Slow].into_iter().flat_map(|lane| [lane; 4]);
         let drawn: Vec<Ticket> = lanes
             .zip(0..)

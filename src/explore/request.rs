@@ -1,8 +1,8 @@
-//! What may be asked for, and by whom: every address and every body is read here, and what is wrong with one is told.
+//! Addresses, the check of who sends a request, and the failures that are reported.
 //!
-//! A page that somebody else serves can make a browser ask this machine for anything, so the explorer answers to its own page alone:
-//! to requests that name this machine as their host, and, where a browser says which page asks, to its own. The port may be another one:
-//! whoever looks from elsewhere has one of theirs lead here.
+//! A page from elsewhere can make a browser send any request to this machine, so the explorer answers its own page
+//! alone: requests must name this machine as their host, and where the browser says which page asks, it must be the
+//! explorer's. The port may be another one: whoever looks from elsewhere forwards a port of their own to the explorer.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
@@ -11,18 +11,18 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::explore::spot::{Spot, Stage};
 
-/// Why something is not answered.
+/// The reason why a request is not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Failure {
     #[serde(skip)]
     pub status: Status,
     pub error: String,
     pub hint: Option<String>,
-    /// Where in a preset, with the line.
+    /// Place in a preset, with the line.
     pub place: Option<String>,
 }
 
-/// The kind of an answer, by its number in HTTP.
+/// The kind of a failure, as an HTTP status code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Status {
     /// The address or the body makes no sense.
@@ -30,19 +30,19 @@ pub(super) enum Status {
     /// The request comes from elsewhere.
     Forbidden = 403,
     Missing = 404,
-    /// Not with this method.
+    /// The address cannot be used with this method.
     Method = 405,
-    /// Not as things are.
+    /// Not possible in the present state.
     Conflict = 409,
-    /// A body is larger than any that makes sense.
+    /// The body is larger than any valid one.
     Large = 413,
-    /// A body is not said to be JSON.
+    /// The body is not declared as JSON.
     Form = 415,
-    /// It is understood, and cannot be done.
+    /// The request is understood, but cannot be done.
     Faulty = 422,
-    /// A fault of the program.
+    /// The program has a fault.
     Broken = 500,
-    /// Another time.
+    /// Too much is asked for, or the work was stopped; possible another time.
     Busy = 503,
 }
 
@@ -52,7 +52,7 @@ impl Failure {
         Failure { status, error: error.into(), hint, place: None }
     }
 
-    /// What an error of the library says.
+    /// Converts an error of the library to a failure.
     pub fn of(error: &Error) -> Failure {
         let hint = error.hint().unwrap_or_default();
         match error {
@@ -76,7 +76,7 @@ impl Failure {
     }
 }
 
-/// What a browser says of where a request comes from.
+/// The headers with which a browser says where a request comes from.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sender<'a> {
     pub host: Option<&'a str>,
@@ -86,10 +86,11 @@ pub(super) struct Sender<'a> {
 }
 
 impl Sender<'_> {
-    /// Whether the request is for the explorer, which is at a port of this machine, from its own page or from no page.
+    /// Checks that the request is for the explorer, at any port of this machine, and comes from the explorer's own page
+    /// or from no page.
     ///
     /// # Errors
-    /// When it is not.
+    /// When it does not.
     pub fn check(&self, port: u16) -> Result<(), Failure> {
         let is_near = |site: &str| matches!(site, "same-origin" | "none");
         let is_own = |host: &str| {
@@ -108,7 +109,8 @@ impl Sender<'_> {
     }
 }
 
-/// Whether a host, with or without a port, can be no other machine than this: names of somebody else's may lead here too.
+/// Tells whether a host, with or without a port, can only be this machine: `localhost` or a loopback address. Other
+/// names are refused, since somebody else may have made their name lead to this machine.
 fn is_this_machine(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.parse::<u16>().is_ok() => name,
@@ -121,14 +123,14 @@ fn is_this_machine(host: &str) -> bool {
     name.eq_ignore_ascii_case("localhost") || address.is_ok_and(|address| address.is_loopback())
 }
 
-/// Something that can be had without a change to anything.
+/// A request that changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Asked {
     /// A file of the page.
     Page(String),
     Start,
     Schema,
-    /// How full the memory of all worlds is.
+    /// The bytes of memory that all worlds hold, and their limit.
     Memory,
     Tile {
         world: String,
@@ -159,7 +161,7 @@ pub(super) enum Asked {
     Map(u64),
 }
 
-/// What an address asks for, by its path and the query behind it.
+/// Reads what an address asks for, from its path and its query.
 ///
 /// # Errors
 /// When there is no such address, or a number in it makes no sense.
@@ -174,7 +176,7 @@ pub(super) fn read(path: &str, query: &str) -> Result<Asked, Failure> {
         ["api", "bakes", number] => Ok(Asked::Bake(natural(number)?)),
         ["bakes", number, "map.png"] => Ok(Asked::Map(natural(number)?)),
         ["w", world, "heights", stage, zoom, x, y] => {
-            // Of a full map they would be there long after somebody asked.
+            // Full heights would take so long that nobody would still point at the tile: there is no address for them.
             let stage = Stage::named(stage).filter(|stage| *stage != Stage::Full).ok_or_else(Failure::missing)?;
             let y = y.strip_suffix(".js").ok_or_else(Failure::missing)?;
             Ok(Asked::Heights { world: own(world), stage, spot: spot([zoom, x, y], false)? })
@@ -195,10 +197,10 @@ pub(super) fn read(path: &str, query: &str) -> Result<Asked, Failure> {
     }
 }
 
-/// Things that a search returns at most.
+/// Largest number of things that a search returns.
 const MOST_FOUND: usize = 100;
 
-/// Characters of a search at most.
+/// Largest number of characters of a search.
 const MOST_LETTERS: usize = 200;
 
 fn find(world: String, query: &str) -> Result<Asked, Failure> {
@@ -236,7 +238,7 @@ fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<Spot, Failure> {
     Spot::new(zoom, x, y, is_dense).ok_or_else(wrong)
 }
 
-/// A whole number as it is usually written, so that nothing has two addresses.
+/// Parses a whole number only as it is usually written, so that no tile has two addresses.
 fn integer(text: &str) -> Option<i64> {
     text.parse().ok().filter(|number: &i64| number.to_string() == text)
 }
@@ -258,14 +260,14 @@ mod tests {
         assert!(sender(Some("127.0.0.1:8123"), None, None));
         assert!(sender(Some("LOCALHOST:8123"), Some("http://localhost:8123"), Some("same-origin")));
         assert!(sender(Some("127.0.0.1:8123"), Some("http://127.0.0.1:8123"), Some("none")));
-        // A port of another number, on this machine or another, that leads here.
+        // Another port, of this machine or another, that is forwarded to the explorer.
         for host in ["127.0.0.1", "127.0.0.1:80", "localhost:9000", "127.0.0.2:9000", "[::1]:9000", "[::1]"] {
             assert!(sender(Some(host), None, None), "{host}");
             assert!(sender(Some(host), Some(&format!("http://{host}")), Some("same-origin")), "{host}");
         }
         for (host, origin, site) in [
             (None, None, None),
-            // Names of somebody else's that lead to this machine.
+            // Names of other owners that lead to this machine.
             (Some("terrane.example:8123"), None, None),
             (Some("localhost.terrane.example:8123"), None, None),
             (Some("127.0.0.1.terrane.example"), None, None),
@@ -275,7 +277,7 @@ mod tests {
             (Some("localhost:8123:80"), None, None),
             (Some("localhost:99999"), None, None),
             (Some(""), None, None),
-            // Pages of other servers, on this machine too.
+            // Pages of other servers, also on this machine.
             (Some("127.0.0.1:8123"), Some("http://terrane.example"), None),
             (Some("127.0.0.1:8123"), Some("http://127.0.0.1:9000"), None),
             (Some("127.0.0.1:8123"), Some("http://localhost:8123"), None),

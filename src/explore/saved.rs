@@ -1,4 +1,4 @@
-//! A world of the page as a preset file.
+//! Saving a world of the page as a preset file.
 
 use std::path::Path;
 
@@ -10,13 +10,14 @@ use crate::explore::worlds::Opened;
 use crate::file::write_whole;
 use crate::preset::Preset;
 
-/// Letters of a name at most.
+/// Largest number of letters of a preset's name.
 const MOST_LETTERS: usize = 64;
 
 /// Writes a world's preset into the folder that the explorer was started in, and returns the name of the file.
 ///
 /// # Errors
-/// When the name is none, when there is such a file that may not be replaced, or when it cannot be written.
+/// When the name is not valid, when there is a file of this name and `overwrite` is false, or when the file cannot be
+/// written.
 pub(super) fn save(opened: &Opened, name: &str, overwrite: bool) -> Result<String, Failure> {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
     if name.is_empty() || name.len() > MOST_LETTERS || !name.chars().all(is_plain) {
@@ -36,7 +37,7 @@ pub(super) fn save(opened: &Opened, name: &str, overwrite: bool) -> Result<Strin
     Ok(file)
 }
 
-/// The text of a preset that makes the world: what is set, on top of what it extends.
+/// Returns the text of a preset that makes the world: the preset that it extends, and the settings on top.
 fn text(opened: &Opened) -> Result<String, Error> {
     let wanted = Preset { seed: opened.world.seed(), ..opened.preset.clone() };
     let text = extending(opened, &wanted).map(|text| format!("# {}, with changes\n{text}", opened.name));
@@ -58,7 +59,7 @@ fn extending(opened: &Opened, wanted: &Preset) -> Option<String> {
             merge(&mut root, parsed);
             continue;
         }
-        // No table has a key with an index: the whole list that it is of, as it has become.
+        // A key with an index cannot stand in a TOML table, so write the whole list, with the setting in it.
         let (list, _) = setting.split_once(['[', '.', '='])?;
         let all = Table::try_from(Preset { seed: 0, ..wanted.clone() }).ok()?;
         root.insert(list.to_owned(), all.get(list)?.clone());

@@ -1,4 +1,4 @@
-//! A search of the page: things by what they are and measure, or one by its name.
+//! Searches of the page: for things by kind and measures, or for a thing by its name.
 
 use std::sync::{Arc, PoisonError};
 
@@ -9,10 +9,10 @@ use crate::explore::queue::Product;
 use crate::explore::worlds::Opened;
 use crate::find::{Finder, Found, Query, named_in};
 
-/// Kilometres from the middle of the view within which is looked.
+/// Radius of the search around the middle of the view, in kilometres.
 const RADIUS_KM: f64 = 200.0;
 
-/// A search, understood.
+/// A parsed search.
 #[derive(Clone, Debug)]
 pub(super) enum Search {
     Things(Query),
@@ -20,21 +20,21 @@ pub(super) enum Search {
 }
 
 impl Search {
-    /// What a text looks for.
+    /// Parses the text of a search.
     ///
     /// # Errors
-    /// When it begins as a query does and is none.
+    /// When the text begins like a query and is not a valid one.
     pub fn new(text: &str) -> Result<Search, Error> {
         let text = text.trim();
         if Query::is_meant(text) { text.parse().map(Search::Things) } else { Ok(Search::Name(text.to_owned())) }
     }
 
-    /// What there is near a place, as the page gets it.
+    /// Finds things near a place, and returns them as JSON for the page.
     ///
     /// # Errors
     /// When the world has no such things, or nothing of that name.
     pub fn run(&self, opened: &Opened, near_km: [f64; 2], limit: usize) -> Result<Product, Error> {
-        // A search that was stopped leaves nothing in it that is wrong.
+        // A search that was stopped leaves the finder in a good state, so a poisoned lock may be used.
         let mut finder = opened.finder.lock().unwrap_or_else(PoisonError::into_inner);
         let finder = match &mut *finder {
             Some(finder) => finder,

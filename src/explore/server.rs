@@ -41,55 +41,55 @@ use crate::memory::{Budget, Usage};
 use crate::preset::{BUILT_IN, Preset, summary};
 use crate::stop;
 
-/// Connections at a time: a browser has six for each page. Others wait until one is free.
+/// Largest number of connections at a time: a browser has six for each page. Further ones wait until one is free.
 const CONNECTIONS: usize = 96;
 
-/// How long somebody may take to say what they want, and a connection may be silent: so long at most one that is not used keeps
-/// others waiting.
+/// Time in which a client must send its request, and for which a connection may be silent. An unused connection keeps
+/// others waiting for at most this long.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Bytes of a request's body at most.
+/// Largest number of bytes of a request's body.
 const MOST_BODY: usize = 1 << 16;
 
-/// Between two looks whether all is to end.
+/// Interval at which the server checks whether the process is to end.
 const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// From giving freed memory back until it is done again.
+/// Interval at which freed memory is given back to the system.
 const GIVE_BACK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Between two looks at the preset's file.
+/// Interval at which the preset's file is read again.
 const FILE_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Threads for what waits for the disk or for another program.
+/// Number of threads for work that waits for the disk or for another program.
 const BLOCKING: usize = 8;
 
-/// Where the page may have anything from.
+/// Content security policy: the sources that the page may load anything from.
 const POLICY: &str =
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'";
 
-/// What an explorer is to show, and what it may use.
+/// Settings of an explorer: the world that it shows first, and the resources that it may use.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The world that the page begins with.
     pub given: Given,
-    /// Metres east and north of the origin that the page begins at, and metres that a pixel shows there; `None` where that is left to
-    /// the page.
+    /// The place that the page begins at, in metres east and north of the origin, and the metres that a pixel shows
+    /// there; `None` leaves both to the page.
     pub view: Option<([f64; 2], f64)>,
-    /// The port on 127.0.0.1; 0 for any that is free.
+    /// The port on 127.0.0.1; 0 for any free one.
     pub port: u16,
-    /// The folder for what was drawn, which may be shared by several explorers; `None` keeps nothing on the disk.
+    /// The folder for drawn tiles, which several explorers may share; `None` keeps nothing on the disk.
     pub cache: Option<PathBuf>,
-    /// The most bytes that it takes.
+    /// Largest number of bytes that the files of this folder take.
     pub cached_bytes: u64,
-    /// The most bytes of memory for what is remembered of all worlds at all scales.
+    /// Largest number of bytes of memory that all worlds at all scales may remember.
     pub remembered_bytes: u64,
-    /// The program that bakes, by its command line.
+    /// The program that bakes are run with, as a command.
     pub program: PathBuf,
-    /// Threads that draw what is new on the screen, and as many that draw the rest.
+    /// Number of threads for glances and drafts, and again for full pictures.
     pub threads: usize,
 }
 
-/// An explorer that is ready to answer.
+/// An explorer that is ready to answer requests.
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
@@ -97,7 +97,7 @@ pub struct Server {
     explorer: Arc<Explorer>,
 }
 
-/// All that a page can ask for.
+/// The state of the explorer, which all requests share.
 struct Explorer {
     view: Option<([f64; 2], f64)>,
     port: u16,
@@ -107,15 +107,15 @@ struct Explorer {
 }
 
 impl Server {
-    /// An explorer on this machine's own address, which no other machine reaches.
+    /// Binds an explorer to the loopback address of this machine, which no other machine reaches.
     ///
     /// # Errors
-    /// When something is wrong with the preset, the port is taken, or the folder for what was drawn cannot be used.
+    /// When something is wrong with the preset, the port is taken, or the folder for drawn tiles cannot be used.
     pub fn bind(options: Options) -> Result<Server, Error> {
         let Options { given, view, port, cache, cached_bytes, remembered_bytes, program, threads } = options;
         let budget = Budget::new(usize::try_from(remembered_bytes).unwrap_or(usize::MAX));
         let worlds = Worlds::new(given, budget);
-        // A mistake in it is told before there is a page.
+        // Open the first world at once, so that a mistake in the preset is reported before there is a page.
         worlds.open(&worlds.first())?;
         let cannot = |error: std::io::Error| Error::Option {
             message: format!("port {port} of 127.0.0.1 cannot be had: {error}"),
@@ -136,10 +136,10 @@ impl Server {
         format!("http://{}/", self.address)
     }
 
-    /// Answers until all work of the process is [to end](stop).
+    /// Answers requests until all work of the process is [to end](stop).
     ///
     /// # Errors
-    /// [`Error::Interrupted`] then; and when the system takes the port away.
+    /// [`Error::Interrupted`] when the process is to end; another error when the system takes the port away.
     pub fn serve(self) -> Result<(), Error> {
         let Server { listener, runtime, explorer, .. } = self;
         let served = runtime.block_on(async {
@@ -155,7 +155,8 @@ impl Server {
                     return Err(Error::Interrupted);
                 }
                 let Ok((accepted, place)) = timeout(LOOK_INTERVAL, connection).await else { continue };
-                // One that has gone already, or for which there is no file left: the next may be well.
+                // The client has gone already, or no file descriptor is left: wait, since the next connection may
+                // succeed.
                 let Ok((stream, _)) = accepted else {
                     sleep(LOOK_INTERVAL).await;
                     continue;
@@ -168,19 +169,19 @@ impl Server {
                     });
                     let mut http = hyper::server::conn::http1::Builder::new();
                     http.timer(TokioTimer::new()).header_read_timeout(PATIENCE).max_buf_size(MOST_BODY);
-                    // A browser that goes away in the middle is no error of anybody's.
+                    // An error means that the browser went away in the middle, which is no fault.
                     _ = http.serve_connection(TokioIo::new(stream), service).await;
                     drop(place);
                 });
             }
         });
-        // Whoever waits for a disk or another program is not waited for.
+        // Do not wait for threads that wait for a disk or another program.
         runtime.shutdown_background();
         served
     }
 }
 
-/// What is sent back: at once, or bit by bit.
+/// The body of a response: `first` at once, then the messages of `rest` as they come.
 struct Content {
     first: Option<Bytes>,
     rest: Option<mpsc::Receiver<Bytes>>,
@@ -207,17 +208,17 @@ impl Body for Content {
         self.first.is_none() && self.rest.is_none()
     }
 
-    /// What comes at once is told by its length.
+    /// Tells the exact length, unless more is to come.
     fn size_hint(&self) -> SizeHint {
         let length = self.first.as_ref().map_or(0, |first| first.len() as u64);
         if self.rest.is_none() { SizeHint::with_exact(length) } else { SizeHint::default() }
     }
 }
 
-/// How long a browser may keep an answer.
+/// Permission for the browser to keep an answer in its cache.
 #[derive(Clone, Copy, PartialEq)]
 enum Keep {
-    /// Its address says all that it depends on.
+    /// For answers that depend on nothing but their address.
     Long,
     Never,
 }
@@ -260,7 +261,7 @@ impl Explorer {
                     self.look(asked).await
                 }
                 Method::POST | Method::DELETE => {
-                    // No form of a page elsewhere can say that it is JSON.
+                    // A form on a foreign page cannot have this content type, so such pages cannot change anything.
                     let is_json = of(request.headers(), "content-type").is_some_and(|kind| kind.starts_with(JSON));
                     if !is_json {
                         return Err(Failure::new(Status::Form, format!("expected a body of {JSON}"), ""));
@@ -282,7 +283,7 @@ impl Explorer {
         self.worlds.known(id).ok_or_else(closed)
     }
 
-    /// Gives freed memory back to the system every now and then while something is drawn, and once after that.
+    /// Gives freed memory back to the system from time to time while something is drawn, and once after that.
     async fn give_back(self: Arc<Self>) {
         let mut look = interval(GIVE_BACK_INTERVAL);
         let mut was_idle = true;
@@ -290,14 +291,14 @@ impl Explorer {
             look.tick().await;
             let is_idle = self.studio.queue.is_idle();
             if !(is_idle && was_idle) {
-                // What cannot be given back is kept.
+                // If this fails, the process keeps the memory, which does no harm.
                 _ = blocking(heap::give_back).await;
             }
             was_idle = is_idle;
         }
     }
 
-    /// Answers what changes nothing.
+    /// Answers requests that change nothing.
     async fn look(self: &Arc<Self>, asked: Asked) -> Result<Response<Content>, Failure> {
         match asked {
             Asked::Page(name) => {
@@ -342,7 +343,7 @@ impl Explorer {
         }
     }
 
-    /// What a page must know to begin.
+    /// Answers with all that a page must know to begin.
     async fn start(self: &Arc<Self>) -> Result<Response<Content>, Failure> {
         let first = self.worlds.first();
         let about = self.open(first).await?;
@@ -363,7 +364,7 @@ impl Explorer {
         .await?
     }
 
-    /// Events of the preset's file, for as long as the page listens.
+    /// Sends an event whenever the preset's file has changed, for as long as the page listens.
     fn watch(self: &Arc<Self>, opened: Arc<Opened>) -> Response<Content> {
         let (sender, receiver) = mpsc::channel(4);
         let explorer = self.clone();
@@ -399,7 +400,7 @@ impl Explorer {
         response(StatusCode::OK, "text/event-stream", Keep::Never, content)
     }
 
-    /// Answers what opens, bakes, stops or saves something.
+    /// Answers requests that open, bake, stop or save something.
     async fn change(self: &Arc<Self>, request: Request<Incoming>) -> Result<Response<Content>, Failure> {
         let (method, path) = (request.method().clone(), request.uri().path().to_owned());
         let parts: Vec<&str> = path.split('/').skip(1).collect();
@@ -444,7 +445,7 @@ impl Explorer {
     }
 }
 
-/// A preset that is to be written.
+/// A request to write a preset into a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Save {
@@ -454,13 +455,14 @@ struct Save {
     overwrite: bool,
 }
 
-/// What waits for the disk or for another program, beside what answers.
+/// Runs work that waits for the disk or another program on a thread of its own, so that requests are answered
+/// meanwhile.
 async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
     let broken = |_| Failure::new(Status::Broken, "this could not be done: that is a fault of the program", "");
     spawn_blocking(work).await.map_err(broken)
 }
 
-/// What a body says.
+/// Reads the body of a request as JSON.
 async fn body<T: DeserializeOwned>(request: Request<Incoming>) -> Result<T, Failure> {
     let late = |_| Failure::new(Status::Malformed, "the body did not come", "");
     let large = |_| Failure::new(Status::Large, format!("a body has at most {MOST_BODY} bytes"), "");

@@ -1,31 +1,32 @@
-//! Where tiles are: zoom levels without end in columns and rows.
+//! Places of tiles on the page: zoom levels with columns and rows counted from the world's origin.
 
 use crate::area::{Area, MAX_COORDINATE};
 use crate::web::TILE_PX;
 
-/// The finest zoom level, whose pixels are a quarter of the way from a vertex to the next. The coarsest is 0, where a pixel is 128
-/// vertices: from further away it takes minutes to see what a screen shows.
+/// The finest zoom level, where a pixel is a quarter of the distance from a vertex to the next. At the coarsest level,
+/// 0, a pixel is 128 vertices wide: at a coarser one it would take minutes to draw a screen.
 pub(super) const MAX_ZOOM: u8 = 9;
 
-/// Pixels of a vertex at the finest level, as a power of two.
+/// Number of pixels from a vertex to the next at the finest level, as a power of two.
 const FINEST: u8 = 2;
 
-/// Vertices from the origin within which there are tiles: what is planned around one is well within what a world has.
+/// Distance in vertices from the origin within which there are tiles. All that is planned around a tile is then well
+/// within the range of a world.
 pub(super) const REACH: i64 = MAX_COORDINATE / 2;
 
-/// How much of a map is drawn, and how well.
+/// Level of detail of a tile's picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Stage {
-    /// As a draft, of land at fewer nodes again.
+    /// Like a draft, from land at fewer nodes still.
     Glance,
-    /// Relief and waters, of land at fewer nodes.
+    /// Relief and waters, from land at fewer nodes than those of the full picture.
     Draft,
-    /// All that the style draws.
+    /// Everything that the style draws.
     Full,
 }
 
 impl Stage {
-    /// What addresses call it.
+    /// Returns the stage of a name, as it stands in addresses.
     pub fn named(name: &str) -> Option<Stage> {
         match name {
             "glance" => Some(Stage::Glance),
@@ -35,7 +36,7 @@ impl Stage {
         }
     }
 
-    /// How often the nodes of its land are thinned out to every second one, if they are.
+    /// Returns how often every second node of the full picture's land is left out; `None` for the full picture.
     pub fn halvings(self) -> Option<u32> {
         match self {
             Stage::Glance => Some(3),
@@ -51,12 +52,12 @@ pub(super) struct Spot {
     pub zoom: u8,
     pub x: i64,
     pub y: i64,
-    /// Whether it has twice the pixels a side.
+    /// True if the tile has twice as many pixels a side, for dense screens.
     pub is_dense: bool,
 }
 
 impl Spot {
-    /// A tile, if there is one.
+    /// Returns a tile, if there is one at this place.
     pub fn new(zoom: u64, x: i64, y: i64, is_dense: bool) -> Option<Spot> {
         let zoom = u8::try_from(zoom).ok().filter(|zoom| *zoom <= MAX_ZOOM)?;
         let tiles = (REACH << FINEST >> (MAX_ZOOM - zoom)) / TILE_PX;
@@ -64,14 +65,15 @@ impl Spot {
         (is_within(x) && is_within(y)).then_some(Spot { zoom, x, y, is_dense })
     }
 
-    /// Its pixels, counted from the origin.
+    /// Returns the tile's area in pixels, counted from the origin.
     pub fn pixels(&self) -> Area {
         let side = if self.is_dense { 2 * TILE_PX } else { TILE_PX };
         Area::new(self.x * side, self.y * side, side as usize, side as usize)
     }
 }
 
-/// Metres that a pixel of a tile that is not dense shows, in a world with so many metres between vertices.
+/// Returns the metres that a pixel of a tile shows, in a world with `spacing_m` metres between vertices. A pixel of a
+/// dense tile shows half as much.
 pub(super) fn pixel_m(spacing_m: f64, zoom: u8) -> f64 {
     spacing_m * f64::from(1_u32 << (MAX_ZOOM - zoom)) / f64::from(1_u32 << FINEST)
 }
@@ -84,7 +86,7 @@ mod tests {
     fn levels_halve_and_end_where_the_world_does() {
         assert_eq!([9, 7, 0].map(|zoom| pixel_m(10.0, zoom)), [2.5, 10.0, 1280.0]);
         for zoom in 0..=MAX_ZOOM {
-            // What a column is in vertices, without fractions.
+            // The side of a tile in quarters of a vertex, without fractions.
             let side = i128::from(TILE_PX) << (MAX_ZOOM - zoom);
             let last = (i128::from(REACH) * 4 / side) as i64 - 1;
             assert!(Spot::new(zoom.into(), last, -last - 1, true).is_some(), "{zoom}");

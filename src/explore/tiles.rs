@@ -1,4 +1,4 @@
-//! The pictures, heights and names of tiles: from the disk, or drawn.
+//! Pictures, heights and names of tiles: from the cache on the disk, or drawn.
 
 use std::sync::{Arc, LazyLock};
 
@@ -16,34 +16,35 @@ use crate::map::Chart;
 use crate::map::style::STYLES;
 use crate::web::{Encoding, HEIGHT_SPACING_PX, TILE_PX, height_text};
 
-/// Pixels a side of what is drawn at once: a block of a chart, which is four tiles, or a dense one.
+/// Side of a block in pixels. A block is drawn at once: it is a block of a chart, and holds four tiles or one dense
+/// tile.
 const BLOCK_PX: i64 = 2 * TILE_PX;
 
-/// The style whose maps tell heights: any would do.
+/// Style of the charts that heights are read from. Any would do: heights do not depend on the style.
 const HEIGHTS_STYLE: &str = "topographic";
 
-/// The version of what glances and drafts show: raised with each change, since what was kept before it is another picture. Full maps
-/// have that of their layer, in the digests of worlds.
+/// Version of glances and drafts. Raise it with each change to their pictures, so that pictures in the cache are drawn
+/// again. For full maps, the digest of the world has the version of their layer.
 const SKETCHES: u8 = 3;
 
-/// What draws tiles.
+/// Draws tiles, with the cache and the queue that it needs.
 pub(super) struct Studio {
     pub charts: Charts,
     pub cache: Option<Cache>,
     pub queue: Queue,
 }
 
-/// Something that is here already, or on its way: one of the parts of a product.
+/// One part of a product that is here already, or on its way.
 pub(super) enum Pending {
     Here(Vec<u8>),
     Coming(Ticket, usize),
 }
 
 impl Pending {
-    /// Waits for it.
+    /// Waits for the part.
     ///
     /// # Errors
-    /// When it cannot be made.
+    /// When the part cannot be made.
     pub async fn bytes(self) -> Result<Vec<u8>, Failure> {
         match self {
             Pending::Here(bytes) => Ok(bytes),
@@ -52,7 +53,7 @@ impl Pending {
     }
 }
 
-/// A picture in one style, by what it is made with.
+/// The subject of a picture: world, style and stage.
 #[derive(Clone)]
 struct Subject {
     opened: Arc<Opened>,
@@ -60,7 +61,7 @@ struct Subject {
     stage: Stage,
 }
 
-/// What a digest is of beside a tile's place.
+/// The kind of product that a digest stands for, beside the place of its tile.
 #[derive(Clone, Copy)]
 #[repr(u8)]
 enum Kind {
@@ -70,7 +71,8 @@ enum Kind {
     Block,
 }
 
-/// What the styles say, those that others extend among them, and the version of sketches: another text is another picture.
+/// Digest of the texts of all styles, those that others extend among them, and of the version of sketches: a change to
+/// any of them changes pictures.
 static STYLES_DIGEST: LazyLock<blake3::Hash> = LazyLock::new(|| {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&[SKETCHES]);
@@ -82,12 +84,14 @@ static STYLES_DIGEST: LazyLock<blake3::Hash> = LazyLock::new(|| {
 
 impl Subject {
     fn new(opened: &Arc<Opened>, style: &str, stage: Stage) -> Result<Subject, Failure> {
-        // A style of this name may be a file in the folder, which is nobody's business here.
+        // Look only among the built-in styles: a style of this name may be a file in the folder, which the browser must
+        // not read.
         let known = STYLES.iter().find(|(name, _)| *name == style).map(|(name, _)| *name);
         Ok(Subject { opened: opened.clone(), style: known.ok_or_else(Failure::missing)?, stage })
     }
 
-    /// The digest of all that something depends on. Names do not depend on the pixels of the screen that asks.
+    /// Returns the digest of all that a product depends on. For names pass a fixed `is_dense`, since they do not depend
+    /// on the screen's pixels.
     fn key(&self, kind: Kind, zoom: u8, is_dense: bool, x: i64, y: i64) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.opened.digest.as_bytes()).update(STYLES_DIGEST.as_bytes());
@@ -97,7 +101,7 @@ impl Subject {
     }
 }
 
-/// The tiles of a block, from the north-west row by row.
+/// Returns the tiles of a block, from the north-west row by row.
 fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<Spot> {
     if is_dense {
         return vec![Spot { zoom, x, y, is_dense }];
@@ -107,17 +111,17 @@ fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<Spot> {
         .to_vec()
 }
 
-/// The block that a tile is in.
+/// Returns the column and row of the block that a tile is in.
 fn block_of(spot: Spot) -> [i64; 2] {
     let Area { x0, y0, .. } = spot.pixels();
     [x0, y0].map(|at| at.div_euclid(BLOCK_PX))
 }
 
 impl Studio {
-    /// The picture of a tile.
+    /// Returns the picture of a tile.
     ///
     /// # Errors
-    /// When there is no such style, or too much is asked for.
+    /// When there is no such style, or too many requests wait.
     pub fn picture(
         self: &Arc<Self>,
         opened: &Arc<Opened>,
@@ -133,7 +137,7 @@ impl Studio {
         })
     }
 
-    /// The names that are written in a tile, as JSON.
+    /// Returns the names that are written in a tile, as JSON.
     ///
     /// # Errors
     /// As for [`picture`](Studio::picture).
@@ -142,15 +146,16 @@ impl Studio {
         let key = subject.key(Kind::Names, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let ticket = self.block(subject, spot)?;
-            // After the pictures.
+            // In a product, the names of all tiles follow the pictures.
             Ok(Pending::Coming(ticket, tiles_of(spot.zoom, spot.is_dense, block_of(spot)).len() + place_in_block(spot)))
         })
     }
 
-    /// The heights of a tile, as a script for the page: those of the land that its picture at a stage shows. Somebody points at it.
+    /// Returns the heights of a tile as a script for the page: the heights of the land that the tile's picture at this
+    /// stage shows. They come from the pointer lane, since somebody points at the tile.
     ///
     /// # Errors
-    /// When too much is asked for.
+    /// When too many requests wait.
     pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, stage: Stage, spot: Spot) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, HEIGHTS_STYLE, stage)?;
         let key = subject.key(Kind::Heights, spot.zoom, false, spot.x, spot.y);
@@ -179,7 +184,7 @@ impl Studio {
         }
     }
 
-    /// Asks for the block that a tile is in: its pictures, and what is written in each.
+    /// Asks for the block that a tile is in: the pictures of its tiles, and the names in each.
     fn block(self: &Arc<Self>, subject: Subject, spot: Spot) -> Result<Ticket, Failure> {
         let [x, y] = block_of(spot);
         let key = subject.key(Kind::Block, spot.zoom, spot.is_dense, x, y);
@@ -218,13 +223,13 @@ impl Studio {
     }
 }
 
-/// Which of the tiles of its block one is.
+/// Returns the index of a tile among the tiles of its block.
 fn place_in_block(spot: Spot) -> usize {
     let tiles = tiles_of(spot.zoom, spot.is_dense, block_of(spot));
     tiles.iter().position(|tile| *tile == spot).expect("a tile is in its block")
 }
 
-/// The picture of a part of an area.
+/// Encodes the picture of a part of an area.
 fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
     let row = |y: i64| {
         let first = (y - area.y0) as usize * area.width() + (part.x0 - area.x0) as usize;
@@ -234,7 +239,7 @@ fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
     Encoding::WebP.encode(part.width() as u32, &cut)
 }
 
-/// The heights of every second pixel of a tile, and of those where the next begin.
+/// Returns a script with the heights of every second pixel of a tile, up to the first row and column of the next tiles.
 fn height_script(chart: &Chart, spot: Spot) -> String {
     let mut area = spot.pixels();
     area.x1 += 1;

@@ -18,13 +18,13 @@ use crate::recipe::source::{Sources, built_in};
 use crate::web::{Encoding, HEIGHT_SPACING_PX, HEIGHT_STEP_M};
 use crate::world::World;
 
-/// What pages call the preset's file that the explorer was started with.
+/// The name by which pages ask for the preset file that the explorer was started with.
 pub(super) const FILE: &str = "@";
 
-/// Worlds that are kept open.
+/// Largest number of worlds that are kept open.
 const MOST_OPEN: usize = 8;
 
-/// Letters of a world's identity in addresses.
+/// Number of letters of a world's identity in addresses.
 const ID_LETTERS: usize = 16;
 
 /// The world that an explorer was started with.
@@ -32,13 +32,13 @@ const ID_LETTERS: usize = 16;
 pub struct Given {
     /// The name of a built-in preset, or the path of a file.
     pub preset: String,
-    /// Its seed, if it is not the preset's.
+    /// The seed to use instead of the preset's.
     pub seed: Option<u64>,
-    /// Keys that are set, as `key=value`.
+    /// Settings on top of the preset, as `key=value`.
     pub set: Vec<String>,
 }
 
-/// A world that a page asks for.
+/// A world as a page asks for it: a preset, and what is changed in it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Recipe {
@@ -49,26 +49,26 @@ pub(super) struct Recipe {
     pub set: Vec<String>,
 }
 
-/// A world that somebody looks at.
+/// An open world, which somebody looks at.
 pub(super) struct Opened {
-    /// Tells it from all other worlds, and from those that other versions of the program make of the same preset.
+    /// Digest of the preset, the seed and the program's version, which tells the world from all others.
     pub digest: blake3::Hash,
     pub recipe: Recipe,
-    /// The preset as a command line has it.
+    /// The preset's name or path, as a command line has it.
     pub source: String,
     pub name: String,
-    /// As it was read: maps are drawn in tiles of their own.
+    /// The preset as it was read. The world for maps has another tile size.
     pub preset: Preset,
     pub world: Arc<World>,
-    /// What finds things in it, from the first search on.
+    /// Finds things in the world; made by the first search.
     pub finder: Mutex<Option<Finder>>,
 }
 
-/// The open worlds, those that were asked for last in front.
+/// The open worlds, most recently used first.
 pub(super) struct Worlds {
     given: Given,
     open: Mutex<VecDeque<Arc<Opened>>>,
-    /// What all of them, at all scales, remember together.
+    /// The memory that all worlds at all scales share.
     pub budget: Arc<Budget>,
 }
 
@@ -77,20 +77,21 @@ impl Worlds {
         Worlds { given, open: Mutex::default(), budget }
     }
 
-    /// The world that the explorer was started with.
+    /// Returns the recipe of the world that the explorer was started with.
     pub fn first(&self) -> Recipe {
         let Given { preset, seed, set } = self.given.clone();
         let preset = if self.file().is_some() { FILE.into() } else { preset };
         Recipe { preset, seed, set }
     }
 
-    /// The file that the explorer was started with.
+    /// Returns the preset file that the explorer was started with; `None` for a built-in preset.
     pub fn file(&self) -> Option<&str> {
         let preset = &self.given.preset;
         BUILT_IN.iter().all(|(name, _)| name != preset).then_some(preset)
     }
 
-    /// Reads a preset. No file is read but the one that the explorer was started with, and those that it extends.
+    /// Reads a preset, and returns its source, its name and itself. Only the file that the explorer was started with
+    /// and the files that it extends are ever read.
     ///
     /// # Errors
     /// When there is no such preset, or something is wrong with it.
@@ -104,10 +105,10 @@ impl Worlds {
         Ok((source.to_owned(), sources.name().to_owned(), sources.read_all()?))
     }
 
-    /// The world of a recipe, as its file is now.
+    /// Opens the world of a recipe, with the preset's file as it is at this time.
     ///
     /// # Errors
-    /// Those of [`read`](Worlds::read), and when a value is out of its range.
+    /// The errors of [`read`](Worlds::read), and when a value is out of its range.
     pub fn open(&self, recipe: &Recipe) -> Result<Arc<Opened>, Error> {
         let (source, name, preset) = self.read(recipe)?;
         let seed = recipe.seed.unwrap_or(preset.seed);
@@ -130,7 +131,7 @@ impl Worlds {
         Ok(opened)
     }
 
-    /// The open world of an identity.
+    /// Returns the open world with an identity.
     pub fn known(&self, id: &str) -> Option<Arc<Opened>> {
         self.find(|opened| opened.id() == id)
     }
@@ -149,7 +150,7 @@ impl Opened {
         self.digest.to_hex()[..ID_LETTERS].to_owned()
     }
 
-    /// What a page must know of it.
+    /// Returns all that a page must know of the world.
     pub fn about(&self) -> Value {
         let (world, preset) = (&self.world, &self.preset);
         let Recipe { preset: named, set, .. } = &self.recipe;
@@ -216,12 +217,12 @@ mod tests {
         for elsewhere in [&given, &other, "/etc/passwd", "../Cargo.toml", "-", ""] {
             assert!(worlds.open(&recipe(elsewhere)).is_err(), "{elsewhere}");
         }
-        // As it is now, not as it was.
+        // The file is read each time, so a change shows.
         std::fs::write(&given, "extends = \"thesis\"\nspacing_m = 2\n").unwrap();
         assert_eq!(worlds.open(&recipe(FILE)).unwrap().world.spacing_m(), 2.0);
         std::fs::write(&given, "spacing_m = \n").unwrap();
         assert!(worlds.open(&recipe(FILE)).err().unwrap().to_string().contains("given.toml:1"));
-        // Without one there is none.
+        // An explorer of a built-in preset has no file.
         assert!(self::worlds("thesis").open(&recipe(FILE)).is_err());
     }
 

@@ -1,22 +1,22 @@
-//! Pieces of bytes one behind the other, each after its length.
+//! Frames: pieces of bytes one after the other, each preceded by its length.
 
 use std::io::{self, Write};
 
-/// Bytes of a length.
+/// Number of bytes of a length.
 const LENGTH: usize = size_of::<u64>();
 
-/// Writes a piece behind others.
+/// Writes a piece to the end of `target`.
 pub(crate) fn write(target: &mut impl Write, piece: &[u8]) -> io::Result<()> {
     target.write_all(&(piece.len() as u64).to_le_bytes())?;
     target.write_all(piece)
 }
 
-/// Adds a piece to others.
+/// Appends a piece to `bytes`.
 pub(crate) fn push(bytes: &mut Vec<u8>, piece: &[u8]) {
     write(bytes, piece).expect("memory takes everything");
 }
 
-/// The pieces of bytes; what is cut off at their end is none.
+/// Returns the pieces in some bytes. A piece that is cut off at the end is left out.
 pub(crate) fn pieces(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = bytes;
     std::iter::from_fn(move || {

@@ -26,58 +26,56 @@ use crate::world::World;
 
 /// A consumer of finished tiles: a format.
 ///
-/// [`take`](Sink::take) runs on any thread in any order; [`append`](Sink::append) sees whole rows of tiles from north
-/// to south. All that a sink knows of a tile passes from the one to the other as bytes, so that a bake that was cut off can go on
-/// with what was kept of tiles that it does not make again.
+/// [`take`](Sink::take) runs on any thread in any order; [`append`](Sink::append) gets whole rows of tiles from north
+/// to south. Everything that a sink knows of a tile passes from `take` to `append` as bytes. So a bake that was
+/// interrupted can go on with the bytes that were kept of tiles, without making these tiles again.
 pub(crate) trait Sink: Send + Sync {
-    /// What progress, timings and the journal call it: no two of a bake have the same name.
+    /// Name of the sink for progress, timings and the journal. All sinks of a bake have different names.
     fn name(&self) -> &str;
 
-    /// What the sink keeps of a tile, and the files of the tile alone that it has written.
+    /// Takes a tile: writes the files of this tile alone, and returns the bytes that `append` needs of it.
     ///
-    /// # Errors
-    /// When a file cannot be written.
+    /// # Errors If a file cannot be written.
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error>;
 
-    /// Consumes one row of tiles: what was kept of each, from west to east. Of a tile that a walk has not come to it is nothing.
+    /// Consumes one row of tiles: the bytes kept of each, from west to east. They are empty for a tile that a walk
+    /// never reached.
     ///
-    /// # Errors
-    /// When a file cannot be written.
+    /// # Errors If a file cannot be written.
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error>;
 
-    /// Ends the sink's files and names them. Called once, after the last row. What takes long begins a stage of its own.
+    /// Finishes the sink's files and gives them their names. Called once, after the last row. Lengthy work begins a
+    /// stage of its own.
     ///
-    /// # Errors
-    /// When a file cannot be written.
+    /// # Errors If a file cannot be written.
     fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error>;
 }
 
-/// What a sink has made of a tile.
+/// The result of taking a tile.
 #[derive(Default)]
 pub(crate) struct Kept {
-    /// What it appends later, as bytes of its own choice.
+    /// Bytes for [`Sink::append`], in a format of the sink's own.
     pub piece: Vec<u8>,
-    /// Files of the tile, which are whole.
+    /// Files of the tile, which are complete.
     pub files: Vec<FileRecord>,
 }
 
-/// The least tiles a thread should have to choose from, so that none waits long for the last one of a batch.
+/// Least number of tiles in work per thread, so that no thread waits long for the last tile of a batch.
 const TILES_A_THREAD: u64 = 4;
 
-/// Rows of tiles that are made together: one, or as many as keep all threads busy in a narrow region.
+/// Number of rows of tiles that are made together: one, or as many as keep all threads busy in a narrow region.
 pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
     (TILES_A_THREAD * threads as u64).div_ceil(region.cols()).clamp(1, region.rows())
 }
 
-/// Makes all tiles of a region, of the land that a maker of the world's land gives, and hands them to the sinks, on the
-/// threads of the current rayon pool.
+/// Makes all tiles of a region with the land of `maker`, and hands them to the sinks, on the threads of the current
+/// rayon pool.
 ///
-/// While the sinks write one batch of rows, the next is made; so two batches of what the sinks keep are held at most,
-/// beside one tile a thread. Memory grows with the width of the region and not with its height. What the journal has from
-/// an earlier run is not made again.
+/// While the sinks write one batch of rows, the next batch is made. So memory holds at most two batches of the bytes
+/// that sinks keep, and one tile per thread: it grows with the width of the region and not with its height. Tiles that
+/// the journal has from an earlier run are not made again.
 ///
-/// # Errors
-/// The first error of a sink or of the journal.
+/// # Errors The first error of a sink or of the journal.
 pub(crate) fn bake(
     (world, maker): (&World, &dyn LandMaker),
     region: &Region,
@@ -92,7 +90,7 @@ pub(crate) fn bake(
     })
 }
 
-/// Hands all rows of a region to the sinks: while they write one batch of rows, the next is made.
+/// Hands all rows of a region to the sinks: while they write one batch of rows, the next batch is made.
 fn deliver(
     region: &Region,
     sinks: &[Box<dyn Sink + '_>],
@@ -118,11 +116,10 @@ fn deliver(
     made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
 }
 
-/// Hands what sinks have kept of all tiles of a region to the same sinks, as it is read: of each tile of some rows, row by row,
-/// what each of them kept.
+/// Hands bytes that were kept earlier of all tiles of a region to the same sinks. `read` returns them for some rows of
+/// tiles, tile by tile, and for each tile sink by sink.
 ///
-/// # Errors
-/// The first error of a sink, of the journal, or of the one who reads.
+/// # Errors The first error of a sink, of the journal, or of `read`.
 pub(crate) fn hand_on(
     region: &Region,
     sinks: &[Box<dyn Sink + '_>],
@@ -142,10 +139,11 @@ pub(crate) fn hand_on(
 /// The stage in which tiles are made.
 const TILES: &str = "baking tiles";
 
-/// What timings call the digests of tiles and all that is noted of them.
+/// Name in timings of the work for the journal: digests of tiles, and all that is recorded of them.
 pub(crate) const JOURNAL: &str = "journal";
 
-/// What takes long before the first tile is there, if anything does: what is planned for it serves those around it too.
+/// Name of the lengthy planning that comes before the first tile, if there is any. The plan serves the tiles around it
+/// too.
 fn planning(world: &World) -> Option<&'static str> {
     match world.relief().fluvial() {
         Some(_) if world.places().is_some() && world.stride() == Stride::ONE => Some("planning roads"),
@@ -154,10 +152,10 @@ fn planning(world: &World) -> Option<&'static str> {
     }
 }
 
-/// Some rows of tiles, as the sinks keep them.
+/// Some rows of tiles, as the bytes that sinks keep of them.
 struct Batch {
     first_row: u64,
-    /// For each tile, row by row, what each sink has kept of it.
+    /// Bytes kept, by tile, row by row, and by sink.
     pieces: Vec<Vec<Vec<u8>>>,
 }
 
@@ -185,7 +183,7 @@ impl Batch {
             }
             Ok(pieces)
         };
-        // Tiles that are made together.
+        // Makes a group of tiles together.
         let make = |indices: &[u64]| {
             stop::check();
             let mut pieces = Vec::with_capacity(indices.len());

@@ -1,7 +1,7 @@
-//! A shard: one of some rectangles of tiles that are a region together, each baked by itself, on whichever machine.
+//! A shard: one of several rectangles of tiles that make up a region, each baked by itself, on any machine.
 //!
-//! What its tiles leave in files of their own it writes as any bake does. Of the files of the region it writes none: what their
-//! sinks keep of its tiles waits in a [store](crate::bake::store), for the one who has all shards.
+//! A shard writes the files of its tiles as any bake does, but no files of the whole region. The bytes that the sinks
+//! of those files keep of its tiles wait in a [store](crate::bake::store) for the merge of all shards.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 use crate::area::{Place, Region, TileId};
 use crate::error::Error;
 
-/// The number of a shard, from 1 on, and of how many it is one.
+/// The number of a shard, from 1 on, and the number of shards in all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     number: u64,
@@ -17,26 +17,25 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The shard of a number; `None` if there is none.
+    /// Returns the shard of a number; `None` if there is no such shard.
     pub fn new(number: u64, of: u64) -> Option<Shard> {
         (1..=of).contains(&number).then_some(Shard { number, of })
     }
 
-    /// The number, from 1 on.
+    /// Number of the shard, from 1 on.
     pub fn number(self) -> u64 {
         self.number
     }
 
-    /// How many there are.
+    /// Number of shards in all.
     pub fn of(self) -> u64 {
         self.of
     }
 
-    /// The tiles of the shard. All shards of a region are as large as each other, but for a row or a column of tiles, and as square
-    /// as they can be: what is planned around a shard is made for each of the two that meet there.
+    /// Returns the tiles of the shard. All shards of a region are equally large, but for a row or a column of tiles,
+    /// and as square as possible, because the plan around an edge between two shards is made twice.
     ///
-    /// # Errors
-    /// When there are more shards than tiles.
+    /// # Errors If there are more shards than tiles.
     pub fn region(self, whole: &Region) -> Result<Region, Error> {
         if self.of > whole.tiles() {
             return Err(Error::Option {
@@ -58,15 +57,16 @@ impl Shard {
     }
 }
 
-/// A region of at least so many tiles as it is to have shards, in two parts, and how many of the shards the first one has.
+/// Cuts a region, which has at least as many tiles as it is to have shards, into two parts. Also returns the number of
+/// shards of the first part.
 fn cut(region: &Region, shards: u64) -> ([Region; 2], u64) {
     let (cols, rows) = (region.cols(), region.rows());
     let (long, short) = (cols.max(rows), cols.min(rows));
     let half = shards / 2;
-    // To the nearest tile; wider than 64 bits, since a region may have 2^63 vertices.
+    // Rounded to the nearest tile. The product needs more than 64 bits, since a region may have 2^63 vertices.
     let share = (u128::from(long) * u128::from(half) * 2 + u128::from(shards)) / (2 * u128::from(shards));
     let at = (share as u64).clamp(1, long - 1);
-    // Neither part gets more than it has tiles.
+    // Neither part gets more shards than it has tiles.
     let count =
         half.clamp(shards.saturating_sub((long - at).saturating_mul(short)).max(1), (at * short).min(shards - 1));
     let part = |first: u64, length: u64| {
@@ -94,7 +94,7 @@ impl FromStr for Shard {
     }
 }
 
-/// The corner tiles of a rectangle of tiles, for people.
+/// Names the corner tiles of a rectangle of tiles, for people.
 pub(crate) fn corners(region: &Region) -> String {
     let TileId { x, y } = region.tile(Place { row: region.rows() - 1, col: region.cols() - 1 });
     let first = region.at();
@@ -138,7 +138,7 @@ mod tests {
             assert!(most * 9 <= least * 10, "{of}: {least} to {most}");
         }
         assert!(shards(&region, 16).iter().all(|shard| (shard.cols(), shard.rows()) == (64, 64)));
-        // As large a region as there can be.
+        // As large a region as possible.
         let wide = Region::new(TileId { x: -(1 << 44), y: 0 }, 1 << 45, 1, 256).unwrap();
         assert_eq!(shards(&wide, 2)[1].at().x, 0);
     }

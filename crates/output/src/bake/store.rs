@@ -1,7 +1,8 @@
-//! The store of a shard: what the sinks keep of each of its tiles, in a file, until they are handed all of a region.
+//! The store of a shard: a file of the bytes that sinks keep of its tiles, until all shards of the region are merged.
 //!
-//! The file has a block a tile, from north to south and from west to east, each after its length: the tile's number, and then what
-//! each sink keeps of it, compressed. The same shard has the same bytes: a sink's piece of a tile depends on nothing but that.
+//! The file has a block per tile, from north to south and from west to east, each preceded by its length. A block is
+//! the tile's number, and then the bytes that each sink keeps of it, compressed. The same shard always has the same
+//! bytes, because a sink's bytes of a tile depend on the tile alone.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -19,16 +20,16 @@ use crate::file::PartFile;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
-/// The file in the folder of a shard.
+/// Name of the file in the folder of a shard.
 pub(crate) const PATH: &str = "shard.tiles";
 
-/// The export that the manifest books it under.
+/// Name of the export in the manifest.
 pub(crate) const EXPORT: &str = "shard";
 
-/// The fastest: of 16-bit heights the slower ones leave a few hundredths less, in thrice the time.
+/// The fastest level: on 16-bit heights the slower levels save a few hundredths, in three times the time.
 const LEVEL: Compression = Compression::new(1);
 
-/// The sink of a shard: writes down what the sinks of a region would be handed.
+/// The sink of a shard: stores the bytes that the sinks of the whole region would be handed.
 pub(crate) struct Store<'a> {
     /// The region of which the shard is a part.
     whole: Region,
@@ -37,7 +38,7 @@ pub(crate) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// Begins the file in the folder of the shard, of what the sinks of the whole region keep.
+    /// Creates the file in the folder of the shard, for the bytes of `sinks`, the sinks of the whole region.
     pub fn create(whole: Region, sinks: Vec<Box<dyn Sink + 'a>>, out: &Path) -> Result<Store<'a>, Error> {
         let file = PartFile::create(out.join(PATH))?;
         Ok(Store { whole, sinks, file: Mutex::new(Some(file)) })
@@ -73,7 +74,7 @@ impl Sink for Store<'_> {
     }
 }
 
-/// The block of a tile.
+/// Returns the block of a tile.
 fn packed(TileId { x, y }: TileId, pieces: &[u8]) -> Vec<u8> {
     let mut block = [x, y].map(i64::to_le_bytes).concat();
     block.reserve(pieces.len() / 2);
@@ -82,7 +83,8 @@ fn packed(TileId { x, y }: TileId, pieces: &[u8]) -> Vec<u8> {
     encoder.finish().expect("memory takes everything")
 }
 
-/// What each of so many sinks kept of a tile, by its block.
+/// Returns the bytes that each of `sinks` sinks kept of a tile, from the tile's block; `None` if the block is another
+/// tile's or damaged.
 fn unpacked(block: &[u8], tile: TileId, sinks: usize) -> Option<Vec<Vec<u8>>> {
     let (number, packed) = block.split_at_checked(16)?;
     if number != [tile.x, tile.y].map(i64::to_le_bytes).as_flattened() {
@@ -94,19 +96,19 @@ fn unpacked(block: &[u8], tile: TileId, sinks: usize) -> Option<Vec<Vec<u8>>> {
     (pieces.len() == sinks).then_some(pieces)
 }
 
-/// The blocks of a shard, read one behind the other.
+/// The blocks of a shard, read one after the other.
 pub(crate) struct Blocks {
     path: PathBuf,
     file: BufReader<File>,
-    /// Bytes that are left.
+    /// Number of bytes left.
     left: u64,
 }
 
-/// The block of a tile as it was read.
+/// The block of a tile, as it was read.
 pub(crate) struct Block(Vec<u8>);
 
 impl Blocks {
-    /// Begins to read the store in the folder of a shard.
+    /// Opens the store in the folder of a shard.
     pub fn open(folder: &Path) -> Result<Blocks, Error> {
         let path = folder.join(PATH);
         let file = File::open(&path).map_err(Error::io(&path))?;
@@ -114,13 +116,13 @@ impl Blocks {
         Ok(Blocks { path, file: BufReader::with_capacity(1 << 20, file), left })
     }
 
-    /// The next block.
+    /// Reads the next block.
     pub fn next(&mut self) -> Result<Block, Error> {
         let mut length = [0; 8];
         let mut read = || {
             self.file.read_exact(&mut length)?;
             let length = u64::from_le_bytes(length);
-            // No more than there can be, whatever the file says.
+            // Refuse a length beyond the end of the file, whatever the file says.
             self.left =
                 self.left.checked_sub(8).and_then(|left| left.checked_sub(length)).ok_or(io::ErrorKind::InvalidData)?;
             let mut block = vec![0; length as usize];
@@ -133,10 +135,10 @@ impl Blocks {
 }
 
 impl Block {
-    /// What each of so many sinks kept of a tile, whose block it is to be in the folder of a shard.
+    /// Returns the bytes that each of `sinks` sinks kept of a tile, from what should be the tile's block in the folder
+    /// of a shard.
     ///
-    /// # Errors
-    /// When it is not what was written.
+    /// # Errors If the block differs from what was written.
     pub fn pieces(&self, tile: TileId, sinks: usize, folder: &Path) -> Result<Vec<Vec<u8>>, Error> {
         let lost =
             || Error::io(folder.join(PATH))(io::Error::new(io::ErrorKind::InvalidData, "is not as it was written"));

@@ -1,8 +1,9 @@
-//! A walk that is baked: its tiles are made in the order in which the walker comes to them, and handed to the sinks as a bake's are.
+//! The bake of a walk: tiles are made in the order in which the walker comes to them, and then handed to the sinks like
+//! those of a bake.
 //!
-//! What a tile is depends on those that were made before it, so none is made twice: what sinks keep of them waits in the journal
-//! until the last one stands, and then passes from north to south as rows of the region around them all. In it the pieces of tiles
-//! that were never made are empty.
+//! A tile depends on the tiles that were made before it, so none is made twice. The bytes that sinks keep of tiles wait
+//! in the journal until the last tile exists. Then they pass from north to south, as rows of the region around all
+//! tiles. In these rows, tiles that were never made have no bytes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -19,14 +20,13 @@ use crate::walker::{Walk, Walker};
 use crate::watch::Watch;
 use crate::world::World;
 
-/// Walks, of the land that a maker of the world's land gives, and hands all tiles to the sinks, on the threads of the current rayon
-/// pool. Of tiles that the journal has from an earlier run nothing is written again.
+/// Walks over the land of `maker`, and hands all tiles to the sinks, on the threads of the current rayon pool. Tiles
+/// that the journal has from an earlier run are not written again.
 ///
-/// Memory holds the tiles that stand around the walker, and a record of each that it has come to; and then a row of tiles of what
-/// the sinks keep.
+/// Memory holds the tiles around the walker and a record of each tile that it has come to; later, the bytes of one row
+/// of tiles.
 ///
-/// # Errors
-/// The first error of a sink or of the journal.
+/// # Errors The first error of a sink or of the journal.
 pub(crate) fn walk(
     (world, maker): (&World, Arc<dyn LandMaker>),
     walk: &Walk,
@@ -42,10 +42,10 @@ pub(crate) fn walk(
         stop::check();
         let entered: Vec<TileId> = match walker.enter(*tile) {
             Some(expansion) => expansion.entered,
-            // Those around the first one stand before it moves.
+            // The tiles around the first one exist before the walker moves.
             None => walker.tiles().map(Tile::id).collect(),
         };
-        // One that it comes back to is as it was.
+        // A tile to which the walker comes back is unchanged.
         let new: Vec<TileId> = entered.into_iter().filter(|id| seen.insert(*id)).collect();
         let note = |id: &TileId| {
             if journal.recall(*id, sinks.len())?.is_some() {
@@ -66,7 +66,7 @@ pub(crate) fn walk(
     for (stage, spent) in walker.clock().stages() {
         watch.clock.book(&stage, spent);
     }
-    // What is of the region, from north to south.
+    // Hand over the rows of the region, from north to south.
     watch.begin("writing rows", Some((region.rows(), "rows of tiles")));
     for row in 0..region.rows() {
         stop::check();

@@ -1,23 +1,23 @@
-//! Which vertices of a tile's edge are kept.
+//! Selection of the vertices to keep on a tile's edge.
 //!
-//! Both tiles at an edge have the same heights along it, and nothing else is looked at: they choose the same vertices
-//! without knowing of each other, and the meshes meet without a crack.
+//! Both tiles at an edge have the same heights along it, and nothing else counts. So they choose the same vertices
+//! independently, and their meshes meet without a crack.
 //!
-//! Based on: Douglas & Peucker 1973. A row is cut where it is furthest from the line between its ends, and so on in both
-//! halves, until all of it is near enough. Where it is cut does not depend on the bound, only how often: the vertices of a
-//! coarser bound are among those of a finer one.
+//! Based on: Douglas & Peucker 1973. A row is split where it is furthest from the line between its ends, and so are
+//! both parts, until all vertices are near enough. The bound decides how often a row is split, but not where: so the
+//! vertices for a coarser bound are among those for a finer one.
 
-/// The indices of the vertices to keep of a row of heights, ascending, the first and the last always among them: no
-/// height lies further than `bound` from the line between the two kept ones around it, in the unit of the heights.
+/// Returns the indices of the vertices to keep of a row of heights, ascending, always with the first and the last. No
+/// height lies further than `bound` from the line between the two kept heights around it, in the unit of the heights.
 pub fn chain(heights: &[i32], bound: f64) -> Vec<u32> {
-    // Two lists and no recursion, which could go as deep as a row has vertices.
+    // Use two lists, because recursion could go as deep as a row has vertices.
     let mut kept = vec![0];
-    // Ends of what is still to do, the nearest last.
+    // Ends of the parts that are still to do, the nearest last.
     let mut ends = vec![heights.len() - 1];
     while let Some(&end) = ends.last() {
         let start = kept[kept.len() - 1] as usize;
         match furthest(heights, start, end) {
-            // `furthest` gives the distance times the length, which is whole and so exact.
+            // `furthest` returns the distance times the length: a whole number, so the comparison is exact.
             Some((middle, error)) if error > bound * (end - start) as f64 => ends.push(middle),
             _ => {
                 kept.push(end as u32);
@@ -28,8 +28,8 @@ pub fn chain(heights: &[i32], bound: f64) -> Vec<u32> {
     kept
 }
 
-/// The index between two others whose height is furthest from the line between theirs, the one nearest to the middle of
-/// equals, and its distance times the distance of the indices.
+/// Finds the index between `start` and `end` whose height is furthest from the line between their heights; of equal
+/// ones, the nearest to the middle. Returns the index, and its distance times `end - start`.
 fn furthest(heights: &[i32], start: usize, end: usize) -> Option<(usize, f64)> {
     let [from, to] = [start, end].map(|index| heights[index] as i64);
     let length = (end - start) as i64;
@@ -37,7 +37,7 @@ fn furthest(heights: &[i32], start: usize, end: usize) -> Option<(usize, f64)> {
         let along = (index - start) as i64;
         ((heights[index] as i64 - from) * length - (to - from) * along).abs()
     };
-    // Twice the distance, which is whole.
+    // Twice the distance from the middle, since that is a whole number.
     let off_middle = |index: usize| (2 * index).abs_diff(start + end);
     let worst = (start + 1..end).max_by_key(|index| (error(*index), std::cmp::Reverse(off_middle(*index))))?;
     Some((worst, error(worst) as f64))

@@ -1,5 +1,5 @@
-//! A ground with every vertex of the raster, into which waters have cut their shores and banks: each cell that they run through is
-//! triangulated by itself, and all others are what they are without water.
+//! A ground with every vertex of the raster, into which waters have cut their shores and banks. Each cell that a shore
+//! or bank runs through is triangulated by itself; all others keep the triangles that they have without water.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -10,10 +10,10 @@ use super::{Ground, GroundVertex, PARTS, Surface};
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// Parts of a cell, as places count them.
+/// Parts per cell.
 const CELL: i64 = PARTS as i64;
 
-/// The ground of a surface with every vertex.
+/// Cuts waters into the ground of a surface that has every vertex.
 pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &Waterlines) -> Ground {
     let mut ground = Ground::new(surface, heights, area);
     let side = surface.cells as usize + 1;
@@ -24,7 +24,7 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
         at: HashMap::new(),
         touched: BTreeMap::new(),
     };
-    // The numbers of the vertices of the raster, row by row.
+    // The index of each vertex of the raster in the ground, row by row.
     let mut numbers = vec![0; side * side];
     for (number, [column, row]) in (0..).zip(&surface.vertices) {
         numbers[*row as usize * side + *column as usize] = number;
@@ -40,7 +40,7 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
     for line in waters.lines() {
         line.points.windows(2).for_each(|pair| builder.add_piece(&pair[0], &pair[1]));
     }
-    // What a cell has on its edges its neighbours have too.
+    // Points on the edges of a cell belong to its neighbours too.
     let Builder { cells, between, mut touched, .. } = builder;
     let first = ground.vertices.len() as u32;
     for (number, point) in (first..).zip(&between) {
@@ -51,7 +51,8 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
     ground.vertices.extend(
         between.iter().map(|point| GroundVertex { place: point.place.map(|at| at as u32), height_m: point.ground_m }),
     );
-    // The cell of a triangle of the surface is that of its north-western corner.
+    // A triangle of the surface belongs to the cell whose north-western corner is the least column and row of its
+    // corners.
     let cell_of = |triangle: &[u32; 3]| {
         let corners = triangle.map(|corner| surface.vertices[corner as usize]);
         [0, 1].map(|axis| i64::from(corners[0][axis].min(corners[1][axis]).min(corners[2][axis])))
@@ -71,7 +72,7 @@ pub(super) fn cut(surface: &Surface, heights: &Grid<f32>, area: Area, waters: &W
     ground
 }
 
-/// The cells that a place lies in, or on the edges of.
+/// Returns the cells that contain a place or have it on an edge.
 fn cells_at(place: [i64; 2], cells: i64) -> impl Iterator<Item = [i64; 2]> {
     let range = move |at: i64| {
         let last = at.div_euclid(CELL).min(cells - 1);
@@ -86,22 +87,22 @@ struct Builder {
     grain: i64,
     /// Points between the vertices.
     between: Vec<WaterPoint>,
-    /// Which of them lies at a place.
+    /// Index in `between` of the point at a place.
     at: HashMap<[i64; 2], usize>,
     touched: BTreeMap<[i64; 2], Touched>,
 }
 
-/// What waters have in a cell.
+/// The points and pieces of shores and banks in a cell.
 #[derive(Default)]
 struct Touched {
-    /// Numbers of vertices between those of the raster.
+    /// Indices of vertices of the ground that are not vertices of the raster.
     points: Vec<u32>,
     /// Pieces of shores and banks, by their places.
     pieces: Vec<[[i64; 2]; 2]>,
 }
 
 impl Builder {
-    /// Adds a point, unless a vertex of the raster or another one is there.
+    /// Adds a point, unless there is a vertex of the raster or another point at its place.
     fn add(&mut self, point: WaterPoint) {
         if point.place.iter().all(|at| at % CELL == 0) {
             return;
@@ -134,7 +135,8 @@ impl Builder {
         }
         for pair in shares.windows(2) {
             let [a, b] = [pair[0].1.place, pair[1].1.place];
-            // The one cell that has both; none of what runs along an edge between two.
+            // Add the piece to the only cell that has both ends. A piece along an edge has two such cells and needs
+            // none.
             let mut both = cells_at(a, self.cells).filter(|cell| cells_at(b, self.cells).any(|other| other == *cell));
             if let (Some(cell), None) = (both.next(), both.next())
                 && a != b
@@ -145,7 +147,7 @@ impl Builder {
     }
 }
 
-/// A vertex of a cell: where, and its number in the ground.
+/// A vertex of a cell: its place, and its index in the ground.
 #[derive(Clone, Copy)]
 struct Corner {
     place: [i64; 2],
@@ -172,7 +174,7 @@ impl Touched {
         let cut = ConstrainedDelaunayTriangulation::<Corner>::try_bulk_load_cdt(vertices, pieces, |_| {})
             .expect("places are whole numbers");
         for face in cut.inner_faces() {
-            // Counter-clockwise where y is up is clockwise where it is south.
+            // Spade turns counter-clockwise with y up, which is clockwise with y south.
             let [a, b, c] = face.vertices().map(|vertex| vertex.data().number);
             ground.triangles.push([a, c, b]);
         }

@@ -1,15 +1,15 @@
-//! The Delaunay triangulation of some vertices of a square, one more at a time.
+//! An incremental Delaunay triangulation of vertices of a square.
 //!
-//! Based on: Lawson 1977, "Software for C1 surface interpolation": a new vertex splits the triangle it lies in, and edges
-//! are flipped around it until each triangle's circumcircle is empty again. All in integers, so nothing is ever nearly
-//! collinear.
+//! Based on: Lawson 1977, "Software for C1 surface interpolation": a new vertex splits the triangle that contains it,
+//! and edges around it are flipped until each triangle's circumcircle is empty again. All arithmetic is in integers, so
+//! there are no near-collinear cases.
 //!
-//! Edge `3 t + i` goes from corner `i` of triangle `t` to the next, counter-clockwise; its twin is the same edge of the
-//! triangle on the other side.
+//! Edge `3 t + i` goes from corner `i` of triangle `t` to the next corner, counter-clockwise. Its twin is the same edge
+//! in the triangle on the other side.
 
 use super::steps::Steps;
 
-/// The twin of an edge on the border.
+/// The twin of an edge on the border, where there is no triangle on the other side.
 pub const NONE: u32 = u32::MAX;
 
 /// A vertex: column, row, and height in steps.
@@ -25,12 +25,12 @@ pub struct Delaunay {
     vertices: Vec<GridPoint>,
     triangles: Vec<[u32; 3]>,
     twins: Vec<[u32; 3]>,
-    /// The triangles around the vertex that was inserted last.
+    /// The triangles around the last inserted vertex.
     star: Vec<u32>,
 }
 
 impl Delaunay {
-    /// The square of all steps in two triangles.
+    /// Creates the square of all steps, as two triangles.
     pub fn new(steps: &Steps) -> Delaunay {
         let last = steps.side() as u32 - 1;
         let corners = [[0, 0], [0, last], [last, last], [last, 0]];
@@ -52,7 +52,7 @@ impl Delaunay {
         &self.triangles
     }
 
-    /// The triangles around the vertex that was inserted last; no other has changed.
+    /// The triangles around the last inserted vertex. The insertion has changed no other triangle.
     pub fn star(&self) -> &[u32] {
         &self.star
     }
@@ -62,12 +62,12 @@ impl Delaunay {
         self.triangles[triangle as usize].map(|index| self.vertices[index as usize])
     }
 
-    /// The triangle that holds a vertex, looked for from another triangle on.
+    /// Finds the triangle that contains a vertex by a walk that starts at the triangle `from`.
     pub fn locate(&self, [x, y]: [u32; 2], from: u32) -> u32 {
         let at = GridPoint { x: x as i32, y: y as i32, z: 0 };
         let mut triangle = from;
-        // Over any edge that has the place on its far side. In a Delaunay triangulation this cannot go round in
-        // circles.
+        // Cross any edge that has the place on its far side. In a Delaunay triangulation such a walk never goes round
+        // in circles.
         'walk: loop {
             let [a, b, c] = self.corners(triangle);
             for (edge, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
@@ -80,23 +80,23 @@ impl Delaunay {
         }
     }
 
-    /// Inserts the vertex at a place that lies in a triangle or on an edge of it.
+    /// Inserts a vertex into the triangle that contains it or has it on an edge.
     ///
     /// # Panics
-    /// When there is a vertex already.
+    /// If there is a vertex at this place already.
     pub fn insert(&mut self, steps: &Steps, at: [u32; 2], triangle: u32) {
         let new = vertex(steps, at);
         let [a, b, c] = self.corners(triangle);
         let areas = [doubled_area(a, b, new), doubled_area(b, c, new), doubled_area(c, a, new)];
         self.vertices.push(new);
-        // Exact: in whole numbers a vertex is on an edge or it is not.
+        // Exact: in integers a vertex is either on an edge or not.
         let Some(on) = areas.iter().position(|area| *area == 0) else {
-            // Inside: three triangles for one.
+            // Inside: three triangles replace one.
             let outline = [0, 1, 2].map(|edge| self.side(triangle, edge));
             self.surround(&outline, &[triangle], true);
             return;
         };
-        // On an edge: the two triangles at it are split, or the one if it is on the border.
+        // On an edge: split the two triangles at the edge, or the only one on the border.
         let [next, last] = [(on + 1) % 3, (on + 2) % 3];
         assert!(areas[next] > 0 && areas[last] > 0, "there is a vertex at {at:?} already");
         let [first, second] = [next, last].map(|edge| self.side(triangle, edge));
@@ -109,18 +109,18 @@ impl Delaunay {
         }
     }
 
-    /// An edge of a triangle: where it starts, where it ends, and its twin.
+    /// Returns an edge of a triangle: its start, its end and its twin.
     fn side(&self, triangle: u32, edge: usize) -> HalfEdge {
         let corners = self.triangles[triangle as usize];
         HalfEdge { from: corners[edge], to: corners[(edge + 1) % 3], twin: self.twins[triangle as usize][edge] }
     }
 
-    /// Makes the star of the last vertex: triangles from each side of an outline, counter-clockwise, to the vertex. The
-    /// triangles in `reuse` make way. On the border the outline is open.
+    /// Builds the star of the last vertex: a triangle from each edge of an outline, counter-clockwise, to the vertex.
+    /// The star takes over the numbers of the triangles in `reuse`. On the border the outline is open.
     fn surround(&mut self, outline: &[HalfEdge], reuse: &[u32], closed: bool) {
         let tip = self.vertices.len() as u32 - 1;
         self.star.clear();
-        // Old numbers are taken again, so that no triangle is ever unused.
+        // Reuse the old numbers, so that no number stays unused.
         self.star.extend_from_slice(reuse);
         let fresh = self.triangles.len() as u32;
         self.star.extend(fresh..fresh + (outline.len() - reuse.len()) as u32);
@@ -147,10 +147,10 @@ impl Delaunay {
         }
     }
 
-    /// Flips the first edge of a triangle of the star if the corner behind it is in the triangle's circumcircle, and
-    /// returns the triangle that was there and is now one of the star.
+    /// Flips the first edge of a triangle of the star if the opposite corner behind it lies in the triangle's
+    /// circumcircle. Returns the triangle behind it, which then belongs to the star.
     fn flip(&mut self, triangle: u32) -> Option<u32> {
-        // The edge is the first, since the tip is the last corner of each triangle of the star.
+        // The outer edge is the first, since the tip is the last corner of each triangle of the star.
         let [_, right, left] = self.twins[triangle as usize];
         let twin = self.twins[triangle as usize][0];
         if twin == NONE {
@@ -165,7 +165,7 @@ impl Delaunay {
         }
         self.triangles[triangle as usize] = [a, across, tip];
         self.triangles[other as usize] = [across, b, tip];
-        // Its twin keeps pointing at it: the edge has the same number as before.
+        // Edge 2 keeps its number, so its twin still points to it.
         self.twins[triangle as usize][2] = left;
         self.link(3 * triangle, beyond_a.twin);
         self.link(3 * other, beyond_b.twin);
@@ -183,7 +183,7 @@ impl Delaunay {
     }
 }
 
-/// An edge by its ends and its twin.
+/// An edge of a triangle: its ends and its twin.
 #[derive(Clone, Copy)]
 struct HalfEdge {
     from: u32,
@@ -200,7 +200,7 @@ pub fn doubled_area(a: GridPoint, b: GridPoint, c: GridPoint) -> i32 {
     (b.y - a.y) * (c.x - a.x) - (b.x - a.x) * (c.y - a.y)
 }
 
-/// Whether `d` is inside the circle through the corners of a counter-clockwise triangle. With coordinates up to 2^12 no
+/// True if `d` is inside the circle through the corners of a counter-clockwise triangle. With coordinates up to 2^12 no
 /// product is above 2^50.
 fn in_circle(corners: [GridPoint; 3], d: GridPoint) -> bool {
     let [(ax, ay, a), (bx, by, b), (cx, cy, c)] = corners.map(|corner| {

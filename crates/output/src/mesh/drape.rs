@@ -1,4 +1,4 @@
-//! Roads on the ground: each piece is cut where triangles of the ground meet, and lies on them.
+//! Roads on the ground: each piece is cut along the triangles of the ground, so that its parts lie on them.
 
 use std::collections::HashMap;
 
@@ -14,11 +14,12 @@ struct Slope {
 }
 
 impl Slope {
-    /// The height in metres at a place.
+    /// Returns the height in metres at a place.
     fn height_m(&self, place: Place) -> f64 {
         let [a, b, c] = self.corners;
         let shares = [[place, b, c], [a, place, c], [a, b, place]].map(doubled_area);
-        // On an edge the two corners at it say all: so it is the same from both sides, be they on two tiles.
+        // On an edge use its two corners alone, in a fixed order: so both triangles agree, even if they are in two
+        // tiles.
         if let Some(across) = shares.iter().position(|share| *share == 0) {
             let [mut from, mut to] = [(across + 1) % 3, (across + 2) % 3];
             if self.corners[from] > self.corners[to] {
@@ -34,7 +35,7 @@ impl Slope {
     }
 }
 
-/// Pieces of roads as one ribbon that lies so many metres above the ground.
+/// Drapes pieces of roads over the ground: one ribbon, `lift_m` metres above it.
 pub(super) fn draped(pieces: &[RoadPiece<'_>], ground: &Ground, lift_m: f64) -> Ribbon {
     let mut ribbon = Ribbon { kind: RibbonKind::Road, vertices: Vec::new(), triangles: Vec::new() };
     let mut given: HashMap<(usize, Place), u32> = HashMap::new();
@@ -60,7 +61,7 @@ pub(super) fn draped(pieces: &[RoadPiece<'_>], ground: &Ground, lift_m: f64) -> 
     ribbon
 }
 
-/// Each piece with each triangle of the ground below it, along the pieces.
+/// Pairs each piece with each triangle of the ground below it, in the order of the pieces.
 fn touching<'a>(pieces: &'a [RoadPiece<'a>], ground: &Ground) -> Vec<(&'a RoadPiece<'a>, Slope)> {
     let mut squares = Squares::new(ground.cells);
     for (number, piece) in pieces.iter().enumerate() {

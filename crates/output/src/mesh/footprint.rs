@@ -1,28 +1,29 @@
-//! Roads on the ground as seen from above: strips, and round joins where several end at one place, none of them on another.
+//! Roads on the ground in plan: strips, and round joins where several roads end, without any overlap.
 
 use super::polygon::{Place, UNITS, bounds, doubled_area, overlap, without};
 
-/// A corner of a road.
+/// A vertex of a road's surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoadCorner {
     pub place: Place,
     /// Unit normal: east, up, south.
     pub normal: [f32; 3],
-    /// Across the road from 0 to 1 from left to right, and along it, once a width.
+    /// Texture coordinates: across the road from 0 at the left to 1 at the right, and along it, growing by 1 per road
+    /// width.
     pub texture: [f32; 2],
 }
 
-/// A convex part of a road as it would be without others.
+/// A convex part of a road before overlaps with other roads are cut off.
 #[derive(Clone, Debug)]
 pub(super) struct RoadPatch {
-    /// The number of its road, or of a join.
+    /// Number of the road or of the join that the patch belongs to.
     pub road: usize,
     pub outline: Vec<Place>,
-    /// Three corners that say what all others have.
+    /// Three corners from which normals and texture coordinates anywhere on the patch are interpolated.
     pub corners: [RoadCorner; 3],
 }
 
-/// A part of a patch on which no other road lies: a convex polygon.
+/// A part of a patch that no road before it overlaps: a convex polygon.
 #[derive(Clone, Debug)]
 pub(super) struct RoadPiece<'a> {
     pub patch: &'a RoadPatch,
@@ -30,13 +31,13 @@ pub(super) struct RoadPiece<'a> {
 }
 
 impl RoadPatch {
-    /// A triangle between three corners.
+    /// Creates a triangular patch from three corners.
     pub fn triangle(road: usize, corners: [RoadCorner; 3]) -> RoadPatch {
         RoadPatch { road, outline: corners.map(|corner| corner.place).to_vec(), corners }
     }
 
-    /// The round join of roads that end at a place, as a road of its own. It is as wide as the widest of them, and fills what they
-    /// leave open between their edges.
+    /// Creates the round join of roads that end at a place, as a road of its own. It is as wide as the widest of the
+    /// roads, and fills the gaps between their edges.
     pub fn join(road: usize, middle: Place, radius: f64) -> RoadPatch {
         let corner = |share: [f64; 2]| RoadCorner {
             place: [0, 1].map(|axis| middle[axis] + (share[axis] * radius).round() as i64),
@@ -51,7 +52,7 @@ impl RoadPatch {
         RoadPatch { road, outline: (0..SIDES).map(around).collect(), corners }
     }
 
-    /// The corner that it would have at a place.
+    /// Returns the corner that the patch has at a place, by interpolation.
     pub fn at(&self, place: Place) -> RoadCorner {
         let [a, b, c] = self.corners.map(|corner| corner.place);
         let whole = doubled_area([a, b, c]) as f64;
@@ -69,10 +70,11 @@ impl RoadPatch {
     }
 }
 
-/// The sides of a round join.
+/// Number of sides of a round join.
 const SIDES: usize = 12;
 
-/// The patches that lie on a tile of so many cells a side, without what of each lies below those before it.
+/// Returns the parts of the patches on a tile of `cells` cells a side. From each patch, the patches before it are cut
+/// out.
 pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPiece<'_>> {
     let side = i64::from(cells) * UNITS;
     let tile = [[0, 0], [0, side], [side, side], [side, 0]];
@@ -102,15 +104,16 @@ pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPiece<'_>>
     pieces
 }
 
-/// What lies where on a tile, by squares of some cells; what lies outside of it is as if it were at its edge.
+/// An index of things on a tile: a lattice of squares of some cells. Things outside of the tile are counted at its
+/// edge.
 pub(super) struct Squares {
     side: i64,
-    /// What touches each square, row by row.
+    /// Numbers of the things that touch each square, row by row.
     numbers: Vec<Vec<usize>>,
 }
 
 impl Squares {
-    /// Cells a side of a square.
+    /// Cells per side of a square.
     const CELLS: i64 = 4;
 
     pub fn new(cells: u32) -> Squares {
@@ -136,7 +139,7 @@ impl Squares {
         }
     }
 
-    /// Calls with the numbers of what may overlap a rectangle; with some more than once.
+    /// Calls with the numbers of all things that may overlap a rectangle, with some of them more than once.
     pub fn for_each_near(&self, bounds: [Place; 2], mut call: impl FnMut(usize)) {
         self.for_each_touched(bounds, |square| self.numbers[square].iter().for_each(|number| call(*number)));
     }

@@ -1,75 +1,76 @@
-//! Where meshes have their origin, and the steps that their positions come in.
+//! The origin of meshes, and the step that the positions of their vertices are multiples of.
 
 use super::PARTS;
 use crate::area::{Area, Region};
 use crate::world::World;
 
-/// The steps of a power of two of a metre that the positions of vertices come in, and the vertex of the world from which nodes
-/// count.
+/// The origin of meshes, and the step that positions are multiples of: a power of two of a metre.
 ///
-/// Meshes keep their vertices relative to their tile's north-western corner, in `f32`. Both are whole numbers of steps,
-/// so two tiles put a vertex that they share at exactly the same place. How many steps there are from a vertex to another is a
-/// property of the world: a tile's own numbers are the same in every region.
+/// Meshes keep their vertices in `f32`, relative to their tile's north-western corner. Corners and vertices are whole
+/// numbers of steps, so two tiles put a vertex that they share at exactly the same place. The number of steps between
+/// two vertices is a property of the world, so a tile has the same numbers in every region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     spacing_m: f64,
     /// The vertex at the origin.
     origin: [i64; 2],
     step_m: f64,
-    /// Where heights are steps too: the one that they are counted from, in metres.
+    /// Height in metres from which quantised heights are counted; `None` if heights are not quantised.
     base_m: Option<f64>,
 }
 
-/// Steps between neighbouring vertices at least where nothing else asks for fewer: the most that a vertex is moved is
-/// half a thousandth of the way to the next one, and nothing where the spacing is a whole number of steps.
+/// Least number of steps between neighbouring vertices in unquantised meshes. A vertex is moved by at most half a
+/// thousandth of the spacing, and not at all where the spacing is a whole number of steps.
 const LEAST_STEPS: f64 = 1024.0;
 
-/// The most steps that quantised positions can count: they have 16 bits.
+/// Largest number of steps that quantised positions can count, because they have 16 bits.
 const MOST_QUANTA: f64 = 65535.0;
 
-/// Vertices from an origin to the next of those that regions choose from. So none is further than half of this from the middle of its
-/// region, and floats of 32 bits tell 256 places between two vertices there; and regions that are not that far apart have the same.
+/// Vertices between the origins that regions choose from. No vertex near a region's middle is further than half of this
+/// from its origin, where 32-bit floats tell 256 places between two vertices apart; and regions near each other have
+/// the same origin.
 pub const ORIGINS: i64 = 1 << 17;
 
 impl Frame {
-    /// The frame of meshes with an origin, whose positions are counted in 16 bits if they are `quantized`.
+    /// Creates the frame of meshes with an origin. If `quantized`, positions are counted in 16 bits.
     pub fn new(world: &World, origin: [i64; 2], quantized: bool) -> Frame {
         let spacing_m = world.spacing_m();
         if !quantized {
             return Frame { spacing_m, origin, step_m: power_below(spacing_m / LEAST_STEPS), base_m: None };
         }
-        // One step for all axes, or normals would have to be bent; and one for all tiles of the world.
+        // All axes share one step, or normals would be distorted; and all tiles of the world share it.
         let (lowest_m, highest_m) = world.height_range_m();
         let side_m = f64::from(world.tile_cells()) * spacing_m;
         let least_m = side_m.max((highest_m - lowest_m) as f64 + 1.0) / (MOST_QUANTA - 1.0);
-        // The power above, so that the side and the heights surely fit.
+        // The next power of two above, so that the side and the heights fit for certain.
         let step_m = 2.0 * power_below(least_m);
         Frame { spacing_m, origin, step_m, base_m: Some((lowest_m as f64 / step_m).floor() * step_m) }
     }
 
-    /// Metres from one position to the next.
+    /// Length of a step in metres.
     pub fn step_m(&self) -> f64 {
         self.step_m
     }
 
-    /// Metres from a vertex' height to the mesh's at most.
+    /// Largest difference in metres between a vertex's height and its height in the mesh.
     pub fn height_error_m(&self) -> f64 {
         if self.base_m.is_some() { self.step_m / 2.0 } else { 0.0 }
     }
 
-    /// Metres east, up and south of the origin at which the corner of a tile's meshes lies.
+    /// Position of the corner of a tile's meshes, in metres east, up and south of the origin.
     pub fn corner_m(&self, area: &Area) -> [f64; 3] {
         let steps = |at: i64, axis: usize| self.steps(at) - self.steps(self.origin[axis]);
         let [east, south] = [(area.x0, 0), (area.y0, 1)].map(|(at, axis)| steps(at, axis) as f64 * self.step_m);
         [east, self.base_m.unwrap_or(0.0), south]
     }
 
-    /// Steps from the corner of an area to a vertex: east and south.
+    /// Returns the steps from the corner of an area to a vertex: east and south.
     pub fn local_steps(&self, area: &Area, x: i64, y: i64) -> [i64; 2] {
         [self.steps(x) - self.steps(area.x0), self.steps(y) - self.steps(area.y0)]
     }
 
-    /// Parts of a cell, a power of two, that are never less than a step: places that are so far apart are apart in the mesh too.
+    /// Returns the number of parts of a cell, a power of two, that are at least one step long: places this far apart
+    /// stay apart in the mesh.
     pub fn grain(&self) -> i64 {
         let steps_a_cell = self.spacing_m / self.step_m;
         let parts = (f64::from(PARTS) / steps_a_cell).max(1.0);
@@ -77,7 +78,7 @@ impl Frame {
         grain.unwrap_or(i64::from(PARTS) / 2)
     }
 
-    /// Steps from the corner of an area to a place that is given in [parts](PARTS) of a cell from there.
+    /// Returns the steps from the corner of an area to a place, given in [parts](PARTS) of a cell from that corner.
     pub fn steps_between(&self, area: &Area, place: [u32; 2]) -> [i64; 2] {
         let steps = |first: i64, parts: u32| {
             let (before, within) = (first + i64::from(parts / PARTS as u32), i64::from(parts % PARTS as u32));
@@ -86,16 +87,16 @@ impl Frame {
                 return steps;
             }
             let cell = self.steps(before + 1) - self.steps(before);
-            // Rounded, and the same from both tiles at an edge.
+            // Rounded, in the same way in both tiles at an edge.
             steps + (2 * cell * within + i64::from(PARTS)) / (2 * i64::from(PARTS))
         };
         [steps(area.x0, place[0]), steps(area.y0, place[1])]
     }
 
-    /// Metres from the corner of an area, east and south, to a place that is given in vertices from there.
+    /// Returns the metres east and south from the corner of an area to a place, given in vertices from that corner.
     pub fn local_m(&self, area: &Area, place: [f64; 2]) -> [f64; 2] {
         let metres = |first: i64, at: f64| {
-            // On the edge of the tile it is where the neighbour has it.
+            // Interpolate within the cell, so that a place on the tile's edge is where the neighbour has it.
             let before = at.floor();
             let at_vertex = |vertex: i64| self.steps(vertex) - self.steps(first);
             let start = at_vertex(first + before as i64);
@@ -105,37 +106,37 @@ impl Frame {
         [metres(area.x0, place[0]), metres(area.y0, place[1])]
     }
 
-    /// Steps up from the corner's height; for frames of quantised meshes.
+    /// Returns the steps from the base up to a height, in frames of quantised meshes.
     pub fn height_steps(&self, height_m: f32) -> u16 {
         let base_m = self.base_m.expect("only quantised heights are counted");
         ((height_m as f64 - base_m) / self.step_m + 0.5) as u16
     }
 
-    /// Whole steps from the origin of the world to a vertex.
+    /// Returns the whole steps from the origin of the world to a vertex.
     fn steps(&self, at: i64) -> i64 {
-        // From an origin to the next there are always as many, so that products are exact anywhere.
+        // Count block by block. Every block has the same number of steps, so products are exact everywhere.
         let (block, within) = (at.div_euclid(ORIGINS), at.rem_euclid(ORIGINS));
         let steps = |vertices: i64| (vertices as f64 * self.spacing_m / self.step_m + 0.5) as i64;
         block * steps(ORIGINS) + steps(within)
     }
 }
 
-/// The origin that a region's meshes have when none is asked for: that of the world, or far away the nearest to the middle of the region
-/// of those that are `ORIGINS` apart.
+/// Returns the origin of a region's meshes if none is asked for: of all vertices that are multiples of [`ORIGINS`], the
+/// nearest one to the middle of the region. Near the origin of the world, that is the origin of the world.
 pub fn default_origin(region: &Region) -> [i64; 2] {
     middle(region).map(|at| (at + ORIGINS / 2).div_euclid(ORIGINS) * ORIGINS)
 }
 
-/// The vertex in the middle of a region; half a cell off it where there is none.
+/// Returns the vertex in the middle of a region, or half a cell off the middle where no vertex lies there.
 pub fn middle(region: &Region) -> [i64; 2] {
     let cells = region.tile_cells() as i64;
     let middle = |first: i64, count: u64| first * cells + (count as i64 * cells).div_euclid(2);
     [middle(region.at().x, region.cols()), middle(region.at().y, region.rows())]
 }
 
-/// The greatest power of two that is not above a positive number.
+/// Returns the greatest power of two that is not above a positive number.
 fn power_below(value: f64) -> f64 {
-    // Without its mantissa a number is the power of two below it.
+    // Clearing the mantissa of a number leaves that power of two.
     f64::from_bits(value.to_bits() & !((1 << 52) - 1))
 }
 
@@ -188,7 +189,7 @@ mod tests {
             (area.x0..area.x1).map(|x| frame.local_steps(&area, x, area.y0 + 7)).collect::<Vec<_>>()
         };
         assert_eq!(numbers([0, 0]), numbers([131_072, -5]));
-        // And the steps grow evenly.
+        // The number of steps per cell differs by one at most.
         let steps: Vec<i64> = numbers([0, 0]).windows(2).map(|pair| pair[1][0] - pair[0][0]).collect();
         let (least, most) = (steps.iter().min().unwrap(), steps.iter().max().unwrap());
         assert!(most - least <= 1, "{least} to {most}");

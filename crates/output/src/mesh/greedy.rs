@@ -1,7 +1,7 @@
-//! The vertices that a surface needs, most needed first.
+//! Greedy insertion: the vertices that a surface needs, the most needed first.
 //!
-//! Based on: Garland & Heckbert 1995, "Fast polygonal approximation of terrains and height fields": of all vertices the
-//! one furthest from the surface is inserted, until none is too far.
+//! Based on: Garland & Heckbert 1995, "Fast polygonal approximation of terrains and height fields": again and again the
+//! vertex that is furthest from the surface is inserted, until none is too far.
 
 use std::collections::BinaryHeap;
 
@@ -11,8 +11,8 @@ use super::steps::Steps;
 use super::worst::Worst;
 use crate::stop;
 
-/// The triangulation whose every triangle is within `bound` steps of the heights, with the [`chain`] of each edge for
-/// `edge_bound`, which is no wider, as its border.
+/// Returns the triangulation whose triangles are all within `bound` steps of the heights. Its border is the [`chain`]
+/// of each edge for `edge_bound`, which is no wider than `bound`.
 pub fn triangulate(steps: &Steps, bound: f64, edge_bound: f64) -> Delaunay {
     let mut mesh = Delaunay::new(steps);
     insert_border(&mut mesh, steps, edge_bound);
@@ -39,7 +39,8 @@ fn insert_border(mesh: &mut Delaunay, steps: &Steps, bound: f64) {
     let column = |x: usize| steps.values().iter().skip(x).step_by(side).copied().collect::<Vec<_>>();
     let row = |y: usize| &steps.values()[y * side..][..side];
     let mut insert = |kept: Vec<u32>, at: &dyn Fn(u32) -> [u32; 2]| {
-        // Halves first: in order, each would flip all edges of those before.
+        // Insert the middle first, then the halves: in order, each vertex would flip all edges of the vertices before
+        // it.
         let mut halves = vec![(0_usize, kept.len() - 1)];
         while let Some((start, end)) = halves.pop() {
             let middle = start.midpoint(end);
@@ -58,20 +59,20 @@ fn insert_border(mesh: &mut Delaunay, steps: &Steps, bound: f64) {
     insert(chain(&column(side - 1), bound), &|y| [last, y]);
 }
 
-/// The triangles that are too far from the heights.
+/// The queue of triangles that are too far from the heights.
 struct Queue {
     bound: f64,
-    /// Need and triangle; some needs are of the past.
+    /// Pairs of a need and a triangle; some of the needs are outdated.
     heap: BinaryHeap<(u64, u32)>,
-    /// The need of each triangle.
+    /// The current need of each triangle, 0 if none.
     needs: Vec<u64>,
 }
 
 impl Queue {
-    /// Looks at a triangle that is new or has changed.
+    /// Computes the need of a triangle that is new or has changed.
     fn update(&mut self, mesh: &Delaunay, steps: &Steps, triangle: u32) {
         let worst = Worst::beyond(steps, mesh.corners(triangle), self.bound);
-        // Triangles only ever become more.
+        // The number of triangles only grows.
         if self.needs.len() <= triangle as usize {
             self.needs.resize(triangle as usize + 1, 0);
         }
@@ -84,11 +85,11 @@ impl Queue {
         };
     }
 
-    /// The triangle in greatest need of a vertex, and the vertex's place in the steps' values.
+    /// Takes the triangle in greatest need of a vertex. Returns it and the index of that vertex in the steps' values.
     fn pop(&mut self) -> Option<(u32, u32)> {
         loop {
             let (need, triangle) = self.heap.pop()?;
-            // Else the triangle has changed since: what it needs now is in the heap too, if anything.
+            // A different need is outdated: the triangle's current need, if any, is in the heap too.
             if self.needs[triangle as usize] == need {
                 return Some((triangle, !(need as u32)));
             }
@@ -96,9 +97,9 @@ impl Queue {
     }
 }
 
-/// A number that orders by distance and then, the first before the others, by the vertex. Never zero.
+/// Returns a number that orders by distance, and at equal distance by vertex, the first one being greatest. Never zero.
 fn need(worst: Worst) -> u64 {
     let distance = (worst.scaled / worst.doubled_area) as f32;
-    // The bits of positive floats sort as the floats do; indices are turned over, since the greatest goes first.
+    // The bits of positive floats sort like the floats. Indices are inverted, because the greatest number goes first.
     (distance.to_bits() as u64) << 32 | !worst.index as u64
 }

@@ -1,4 +1,4 @@
-//! The ground of a tile as its mesh has it: vertices of the raster, and with waters the points of their shores and banks.
+//! The ground of a tile's mesh: vertices of the raster and, if there are waters, points of their shores and banks.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,31 +12,31 @@ use crate::area::Area;
 use crate::grid::Grid;
 use crate::stop;
 
-/// Parts of a cell that places between the vertices of the raster are counted in.
+/// Parts per cell, for places between the vertices of the raster.
 pub const PARTS: i32 = 256;
 
 /// A vertex of a ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroundVertex {
-    /// [Parts](PARTS) of a cell east and south of the tile's north-western corner.
+    /// Position in [parts](PARTS) of a cell east and south of the tile's north-western corner.
     pub place: [u32; 2],
-    /// Height in metres: the raster's, but below waters.
+    /// Height in metres, as in the raster; under and at the edge of waters it is lowered below their surface.
     pub height_m: f32,
 }
 
 /// The ground of a tile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
-    /// Cells a side of the tile.
+    /// Cells per side of the tile.
     pub cells: u32,
-    /// Its vertices, none twice at one place.
+    /// Vertices, no two of them at the same place.
     pub vertices: Vec<GroundVertex>,
-    /// As in [`Surface`].
+    /// Triangles, as in [`Surface`].
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Ground {
-    /// A surface with the heights of the raster.
+    /// Creates the ground of a surface, with the heights of the raster.
     pub fn new(surface: &Surface, heights: &Grid<f32>, area: Area) -> Ground {
         let vertex = |&at: &[u32; 2]| GroundVertex {
             place: at.map(|at| at * PARTS as u32),
@@ -46,9 +46,10 @@ impl Ground {
         Ground { cells: surface.cells, vertices, triangles: surface.triangles.clone() }
     }
 
-    /// A surface into which waters have cut their shores and banks. Where there is none of them it has all vertices of the surface, and
-    /// more where without them a vertex of the raster would lie more than `bound_m` metres above or below it; but not below waters,
-    /// where the ground lies below their surface and need not be the raster's. Without a bound the surface has every vertex.
+    /// Cuts the shores and banks of waters into a surface. Elsewhere the ground has all vertices of the surface, and
+    /// more of them where a vertex of the raster would otherwise lie more than `bound_m` metres above or below it.
+    /// Vertices under water do not count, because the ground there lies below the water's surface and may differ from
+    /// the raster. Without a bound, the surface must have every vertex.
     pub fn cut(
         surface: &Surface,
         heights: &Grid<f32>,
@@ -59,7 +60,8 @@ impl Ground {
         let Some(bound_m) = bound_m else { return cells::cut(surface, heights, area, waters) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
-        // What is too near to a shore would make slivers; on the edge of the tile all stay, or neighbours would not meet.
+        // Drop vertices so near to a shore that they would make slivers, but not on the tile's edge, or neighbours
+        // would not meet.
         let taken: HashSet<[i64; 2]> = points.iter().map(|point| point.place).collect();
         let crowd = Crowd::new(&points);
         let mut vertices: Vec<CutVertex> = Vec::with_capacity(surface.vertices.len() + points.len());
@@ -76,7 +78,7 @@ impl Ground {
             vertices.iter().enumerate().map(|(number, vertex)| (vertex.place, number)).collect();
         let edges = waters.pieces().map(|(_, ends)| ends.map(|end| numbers[&end]));
         let edges = edges.filter(|[from, to]| from != to).collect();
-        // Banks that cross each other, at a mouth, are left to the triangles.
+        // Banks may cross each other at a mouth. Such crossings are left to the triangulation.
         let mut cut = ConstrainedDelaunayTriangulation::<CutVertex>::try_bulk_load_cdt(vertices, edges, |_| {})
             .expect("places are whole numbers");
         refine(&mut cut, heights, area, waters, bound_m);
@@ -86,14 +88,14 @@ impl Ground {
         });
         let corner = |vertex: FixedVertexHandle| vertex.index() as u32;
         let triangles = cut.inner_faces().map(|face| {
-            // Counter-clockwise where y is up is clockwise where it is south.
+            // Spade turns counter-clockwise with y up, which is clockwise with y south.
             let [a, b, c] = face.vertices().map(|vertex| corner(vertex.fix()));
             [a, c, b]
         });
         Ground { cells: surface.cells, vertices: vertices.collect(), triangles: triangles.collect() }
     }
 
-    /// The triangles as they lie over the raster, in their order.
+    /// Returns the triangles as facets over the raster, in their order.
     pub fn facets(&self) -> impl Iterator<Item = Facet> {
         let place = |index: u32| self.vertices[index as usize].place.map(|at| at as i32);
         self.triangles.iter().map(move |triangle| Facet(triangle.map(place)))
@@ -104,7 +106,7 @@ fn height(heights: &Grid<f32>, area: Area, [column, row]: [u32; 2]) -> f32 {
     heights.at(area.x0 + i64::from(column), area.y0 + i64::from(row))
 }
 
-/// A vertex while the triangles are made.
+/// A vertex during triangulation.
 #[derive(Clone, Copy, Debug)]
 struct CutVertex {
     place: [i64; 2],
@@ -123,16 +125,17 @@ impl HasPosition for CutVertex {
 type Cut = ConstrainedDelaunayTriangulation<CutVertex>;
 type Face<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
 
-/// Inserts the vertices of the raster without which it would lie too far from the triangles: at the shores, and where four vertices
-/// of the surface lie on one circle, so that the triangles between them may be others.
+/// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
+/// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
+/// surface's.
 fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
-    // Faces by their corners, since their numbers change.
+    // Keep faces by their corners, since face numbers change.
     let corners = |face: Face| face.vertices().map(|vertex| *vertex.data());
     let mut open: Vec<[CutVertex; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
         stop::check();
         let Some(at) = furthest(triangle, heights, area, waters, bound_m) else { continue };
-        // One that is no longer there has been replaced by others, which are looked at too.
+        // A triangle that has been replaced may still be looked at. The triangles that replaced it are looked at too.
         let place = at.map(|at| i64::from(at) * i64::from(PARTS));
         let vertex = CutVertex { place, height_m: height(heights, area, at) };
         let before = cut.num_vertices();
@@ -143,7 +146,7 @@ fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, b
     }
 }
 
-/// The vertex of the raster that is furthest from a triangle, of those that are beyond the bound and under no water.
+/// Finds the vertex of the raster that is furthest from a triangle, beyond the bound and not under water.
 fn furthest(
     triangle: [CutVertex; 3],
     heights: &Grid<f32>,
@@ -170,10 +173,10 @@ fn furthest(
     worst.map(|(_, at)| at)
 }
 
-/// Points by the cell around the vertex that they are nearest to.
+/// Points of shores by the vertex of the raster that is nearest to them.
 struct Crowd(HashMap<[i64; 2], Vec<[i64; 2]>>);
 
-/// Parts of a cell within which a vertex of the raster gives way to a point of a shore.
+/// Distance in parts of a cell within which a vertex of the raster gives way to a point of a shore.
 const NEAR: i64 = PARTS as i64 / 6;
 
 impl Crowd {
@@ -194,7 +197,7 @@ impl Crowd {
             let [x, y] = [point[0] - place[0], point[1] - place[1]];
             x * x + y * y < NEAR * NEAR
         };
-        // A vertex lies in the middle of its cell, further from its edge than that.
+        // The vertex is the centre of its cell, and `NEAR` ends inside that cell.
         self.0.get(&Crowd::cell(place)).is_some_and(|points| points.iter().any(near))
     }
 }

@@ -1,18 +1,18 @@
-//! A tile as triangles: its terrain, all of it or as few as a bound allows, its waters and its roads.
+//! A tile as triangles: its ground, complete or simplified within a bound, its waters and its roads.
 //!
 //! ```text
 //!   steps.rs      heights in metres -> whole steps: every comparison below is exact
-//!   border.rs     a row of heights -> the vertices kept of an edge, the same for both tiles at it
+//!   border.rs     a row of heights -> the vertices kept on an edge, the same for both tiles that share the edge
 //!   delaunay.rs   vertices, one by one -> triangles
-//!   worst.rs      triangle, heights -> the vertex that is furthest from it
-//!   greedy.rs     heights, bound -> border, then the vertex furthest off, again and again
-//!   waterline.rs  rivers, levels of water -> banks and shores      water.rs   these -> flat sheets
-//!   ground.rs     surface, banks and shores -> the ground; cells.rs, that with every vertex
+//!   worst.rs      triangle, heights -> the vertex that is furthest from the triangle
+//!   greedy.rs     heights, bound -> border, then the vertex furthest from the surface, again and again
+//!   waterline.rs  rivers, water levels -> banks and shores         water.rs   banks and shores -> flat sheets
+//!   ground.rs     surface, banks and shores -> the ground          cells.rs   the same with every vertex
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
 //!   ribbon.rs     roads -> strips, decks
-//!   footprint.rs  strips, ends of roads -> roads as seen from above, none on another      polygon.rs   what that takes
-//!   drape.rs      these, ground -> roads on the ground
-//!   frame.rs      where meshes have their origin, and the steps of positions
+//!   footprint.rs  strips, ends of roads -> roads in plan without overlaps         polygon.rs   convex polygons for that
+//!   drape.rs      roads in plan, ground -> roads on the ground
+//!   frame.rs      the origin of meshes, and the step that positions are multiples of
 //! ```
 
 mod border;
@@ -46,17 +46,17 @@ use steps::{Steps, whole_steps};
 /// A tile's terrain as triangles over some of its vertices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Surface {
-    /// Cells a side of the tile.
+    /// Cells per side of the tile.
     pub cells: u32,
-    /// Column and row in the tile of each vertex, none twice; the corners are always among them.
+    /// Column and row of each vertex in the tile. All differ, and the four corners are always among them.
     pub vertices: Vec<[u32; 2]>,
-    /// Indices into the vertices, counter-clockwise as seen from above with x east and y south: the front faces up
-    /// where east is +X, up is +Y and south is +Z. Together they cover the tile once.
+    /// Indices into `vertices`, counter-clockwise as seen from above with x east and y south. With east as +X, up as +Y
+    /// and south as +Z, front faces face up. The triangles together cover the tile exactly once.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Surface {
-    /// All vertices row by row, and two triangles a cell.
+    /// Returns the surface with all vertices, row by row, and two triangles per cell.
     pub fn full(cells: u32) -> Surface {
         let side = cells + 1;
         let vertices = (0..side).flat_map(|y| (0..side).map(move |x| [x, y])).collect();
@@ -70,16 +70,15 @@ impl Surface {
         Surface { cells, vertices, triangles }
     }
 
-    /// Few vertices, and triangles that no vertex of `area` lies more than `bound_m` metres above or below.
+    /// Returns a surface with few vertices, from which no vertex of `area` lies more than `bound_m` metres up or down.
     ///
-    /// Which vertices there are on an edge follows from the heights along that edge alone: neighbours, made apart, share
-    /// them all. On an edge the vertices for a wider bound are among those for a narrower one. The same on every machine.
-    /// With a bound of less than 2^-12 m all vertices are kept. With `edge_m` the vertices on the edges are those of another
-    /// bound: of a narrower one, so that the tile meets neighbours that are made with it.
+    /// The vertices on an edge follow from the heights along that edge alone, so neighbours that are made separately
+    /// share all of them. The vertices on an edge for a wider bound are among those for a narrower one. The result is
+    /// the same on every machine. With a bound of less than 2^-12 m all vertices are kept. `edge_m` is another,
+    /// narrower bound for the edges, so that the tile meets neighbours that are made with that bound.
     ///
-    /// # Panics
-    /// When the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, when a height
-    /// is not finite or beyond [`MAX_HEIGHT_M`], and when the bound is not a number.
+    /// # Panics If the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, if a
+    /// height is not finite or beyond [`MAX_HEIGHT_M`], and if a bound is not a number.
     pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64, edge_m: Option<f64>) -> Surface {
         let edge_m = edge_m.unwrap_or(bound_m).min(bound_m);
         assert!(!bound_m.is_nan() && !edge_m.is_nan(), "a bound is a number of metres");
@@ -88,7 +87,7 @@ impl Surface {
         let Some(bound) = whole_steps(bound_m) else {
             return Surface::full(cells);
         };
-        // No distance is as small as less than none: all vertices of an edge.
+        // With a bound below 0 every distance is too large: all vertices of the edge are kept.
         let mesh = greedy::triangulate(&steps, bound, whole_steps(edge_m).unwrap_or(-1.0));
         let vertices = mesh.vertices().iter().map(|vertex| [vertex.x as u32, vertex.y as u32]).collect();
         Surface { cells, vertices, triangles: mesh.triangles().to_vec() }

@@ -1,30 +1,33 @@
-//! Convex polygons in whole numbers: what two have in common, and what one leaves of another.
+//! Convex polygons in whole numbers: their intersection and difference.
 //!
-//! All corners are whole [units](UNITS), so that on which side of an edge a place lies is exact, and the same wherever the corner is
-//! that places are counted from. Where edges cross is rounded to units, alike for all polygons that have the edges.
+//! All corners are whole [units](UNITS), so the side of an edge on which a place lies is exact, and independent of the
+//! corner from which places are counted. Crossings of edges are rounded to units, in the same way for all polygons that
+//! have these edges.
 
 use super::MAX_CELLS;
 
-/// Units a cell. Fine enough that nobody sees one, and of a power of two, so that places are exact in floats.
+/// Units per cell. A unit is too small to be visible, and a power of two, so that places are exact in floats.
 pub(super) const UNITS: i64 = 1 << 14;
 
-// A product of two ways across the largest tile and twice as much around it is a whole number of 64 bits.
+// Coordinates reach across the largest tile and as much again on either side: a doubled product of two of them fits 64
+// bits.
 const _: () = assert!((3 * MAX_CELLS as i64 * UNITS).checked_mul(2 * 3 * MAX_CELLS as i64 * UNITS).is_some());
 
-/// Units east and south of the tile's north-western corner.
+/// Position in units east and south of the tile's north-western corner.
 pub(super) type Place = [i64; 2];
 
-/// Twice the area of a triangle, positive if it is counter-clockwise seen from above, as in [`Surface`](super::Surface).
+/// Returns twice the area of a triangle, positive if it is counter-clockwise seen from above, as in
+/// [`Surface`](super::Surface).
 pub(super) fn doubled_area([a, b, c]: [Place; 3]) -> i64 {
     (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
 }
 
-/// The edges of a polygon, from corner to corner.
+/// Returns the edges of a polygon, from corner to corner.
 fn edges(polygon: &[Place]) -> impl Iterator<Item = [Place; 2]> + '_ {
     (0..polygon.len()).map(|at| [polygon[at], polygon[(at + 1) % polygon.len()]])
 }
 
-/// The least and the greatest coordinates of places.
+/// Returns the bounding box of places: the least and the greatest coordinates.
 pub(super) fn bounds(places: &[Place]) -> [Place; 2] {
     let by = |pick: fn(i64, i64) -> i64| {
         places.iter().copied().reduce(|a, b| [pick(a[0], b[0]), pick(a[1], b[1])]).unwrap_or_default()
@@ -32,7 +35,7 @@ pub(super) fn bounds(places: &[Place]) -> [Place; 2] {
     [by(i64::min), by(i64::max)]
 }
 
-/// Whether two polygons have an area in common; to touch is not to.
+/// True if the interiors of two polygons intersect. Polygons that only touch do not overlap.
 pub(super) fn overlap(a: &[Place], b: &[Place]) -> bool {
     let ([low, high], [other_low, other_high]) = (bounds(a), bounds(b));
     let beside = |axis: usize| high[axis] <= other_low[axis] || other_high[axis] <= low[axis];
@@ -42,7 +45,7 @@ pub(super) fn overlap(a: &[Place], b: &[Place]) -> bool {
     !beside(0) && !beside(1) && !parted(a, b) && !parted(b, a)
 }
 
-/// What two polygons have in common; fewer than three corners where that is no area.
+/// Returns the intersection of two polygons; it is empty if it has no area.
 pub(super) fn common(a: &[Place], b: &[Place]) -> Vec<Place> {
     let holds = |polygon: &[Place], place: Place| edges(polygon).all(|[from, to]| doubled_area([from, to, place]) >= 0);
     let mut corners: Vec<Place> = a.iter().copied().filter(|place| holds(b, *place)).collect();
@@ -53,7 +56,7 @@ pub(super) fn common(a: &[Place], b: &[Place]) -> Vec<Place> {
     hull(corners)
 }
 
-/// The parts of a polygon outside of another one.
+/// Returns the parts of a polygon outside of another polygon.
 pub(super) fn without(polygon: &[Place], other: &[Place]) -> Vec<Vec<Place>> {
     let mut rest = polygon.to_vec();
     let mut parts = Vec::new();
@@ -65,7 +68,7 @@ pub(super) fn without(polygon: &[Place], other: &[Place]) -> Vec<Vec<Place>> {
     parts
 }
 
-/// The part of a polygon on that side of a straight line on which the polygons lie that have it as an edge.
+/// Returns the part of a polygon on one side of a straight line: the side of any polygon that has the line as an edge.
 fn beside(polygon: &[Place], [from, to]: [Place; 2]) -> Vec<Place> {
     let side = |place: Place| doubled_area([from, to, place]);
     let mut corners: Vec<Place> = polygon.iter().copied().filter(|place| side(*place) >= 0).collect();
@@ -73,25 +76,26 @@ fn beside(polygon: &[Place], [from, to]: [Place; 2]) -> Vec<Place> {
     hull(corners)
 }
 
-/// Where an edge crosses another one, along the first; `None` where they only touch.
+/// Returns the point at which two edges cross, computed along the first; `None` if they only touch or are apart.
 fn crossing([from, to]: [Place; 2], other: [Place; 2]) -> Option<Place> {
     let sides = |[a, b]: [Place; 2], ends: [Place; 2]| ends.map(|end| doubled_area([a, b, end]));
     let [start, end] = sides([from, to], other);
     (start.signum() * end.signum() < 0).then(|| on_way([from, to], sides(other, [from, to])))?
 }
 
-/// The place on an edge where it crosses a line that its ends are so far from, on two sides.
+/// Returns the point on an edge where it crosses a line, given the signed distances of its ends; `None` if both are on
+/// one side.
 fn on_way([from, to]: [Place; 2], [start, end]: [i64; 2]) -> Option<Place> {
     if start.signum() * end.signum() >= 0 {
         return None;
     }
-    // Whichever way the edge is gone along, it is from the same end.
+    // Always compute from the same end, whatever the direction of the edge.
     let ((from, start), (to, end)) = if from < to { ((from, start), (to, end)) } else { ((to, end), (from, start)) };
     let share = start as f64 / (start as f64 - end as f64);
     Some([0, 1].map(|axis| from[axis] + ((to[axis] - from[axis]) as f64 * share + 0.5).floor() as i64))
 }
 
-/// The convex polygon around places, without corners on its edges.
+/// Returns the convex hull of places, without corners along its edges.
 ///
 /// Based on: A. M. Andrew, "Another efficient algorithm for convex hulls in two dimensions", 1979.
 fn hull(mut places: Vec<Place>) -> Vec<Place> {
@@ -110,7 +114,7 @@ fn hull(mut places: Vec<Place>) -> Vec<Place> {
             }
             chain.push(place);
         }
-        // The next chain begins where this one ends.
+        // The next chain begins where this one ends, so drop the shared corner.
         chain.pop();
         chain
     };
@@ -128,7 +132,7 @@ mod tests {
         (2..polygon.len()).map(|at| doubled_area([polygon[0], polygon[at - 1], polygon[at]])).sum()
     }
 
-    /// A triangle by chance, with an area.
+    /// Returns a pseudo-random triangle that has an area.
     fn triangle(seed: u64, side: u64) -> Vec<Place> {
         let at = |index: u64| (combine(seed, index) % side) as i64;
         let [a, b, c] = [[at(0), at(1)], [at(2), at(3)], [at(4), at(5)]];
@@ -146,7 +150,7 @@ mod tests {
             let (both, left) = (common(&a, &b), without(&a, &b));
             assert_eq!(overlap(&a, &b), overlap(&b, &a));
             assert!(overlap(&a, &b) || both.is_empty(), "{a:?} {b:?}");
-            // As much as rounding along all edges may make of it.
+            // Rounding along all edges may change the area by this much.
             let parts: i64 = left.iter().map(|part| area(part)).sum();
             let off = area(&a) - area(&both) - parts;
             assert!(off.abs() <= 16 * side as i64, "{a:?} without {b:?} is {left:?}, {off} off");
@@ -170,7 +174,7 @@ mod tests {
             let ([a, b], [c, d]) = ([[at(0), at(1)], [at(2), at(3)]], [[at(4), at(5)], [at(6), at(7)]]);
             let found = crossing([a, b], [c, d]);
             assert!([crossing([b, a], [c, d]), crossing([a, b], [d, c])].iter().all(|other| *other == found));
-            // Nor does it depend on the corner that places are counted from.
+            // The crossing does not depend on the corner from which places are counted.
             let moved = |[x, y]: Place| [x - 7 * UNITS, y + 3 * UNITS];
             assert_eq!(crossing([moved(a), moved(b)], [moved(c), moved(d)]), found.map(moved));
         }

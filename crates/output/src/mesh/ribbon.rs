@@ -12,7 +12,7 @@ use crate::geometry::{come, length};
 use crate::lines::{Line, LineKind, LinePoint, Lines, StructureKind};
 use crate::world::World;
 
-/// What a ribbon is.
+/// The kind of a ribbon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RibbonKind {
     /// A road on the ground, or in a ford.
@@ -21,55 +21,57 @@ pub enum RibbonKind {
     Bridge,
 }
 
-/// Triangles along a line.
+/// A strip of triangles along a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ribbon {
-    /// What it is.
+    /// A road or a bridge.
     pub kind: RibbonKind,
-    /// Its vertices.
+    /// Vertices of the triangles.
     pub vertices: Vec<RibbonVertex>,
-    /// Counter-clockwise seen from outside.
+    /// Indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
 /// A vertex of a ribbon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RibbonVertex {
-    /// Where, in vertices of the lattice east and south of the tile's north-western corner.
+    /// Position in vertices of the lattice, east and south of the tile's north-western corner.
     pub place: [f64; 2],
     /// Height in metres.
     pub height_m: f64,
     /// Unit normal: east, up, south.
     pub normal: [f32; 3],
-    /// Across the ribbon from 0 to 1 from left to right, and along it, once a width.
+    /// Texture coordinates: across the ribbon from 0 at the left to 1 at the right, and along it, growing by 1 per
+    /// ribbon width.
     pub texture: [f32; 2],
 }
 
-/// How far a road lies above the ground in metres, so that neither shimmers through the other. Chosen by eye.
+/// Height in metres of a road above the ground, so that neither shimmers through the other. Chosen by eye.
 const LIFT_M: f64 = 0.12;
 
-/// Cells beside a tunnel's mouth in which a road is level: the ground rises between two vertices there, in front of what is above it.
+/// Distance in cells from a tunnel's mouth within which a road is level. In front of the mouth, the ground already
+/// rises within a cell towards the slope above the tunnel.
 const MOUTH: f64 = 2.0;
 
-/// Cells that a patch of a road is long at most: what lies on a tile depends on roads no further away than that.
+/// Greatest length in cells of a patch of road: the roads on a tile depend on no roads further away than this.
 const LONGEST: f64 = 16.0;
 
-/// Thickness in metres of a bridge's deck, and more a metre of its width. Chosen by eye: half a metre to a whole one, a
-/// twentieth of spans of 10 to 20 m.
+/// Thickness in metres of a bridge's deck, and extra thickness per metre of its width. Chosen by eye: half a metre to a
+/// metre, a twentieth of spans of 10 to 20 m.
 const DECK_M: (f64, f64) = (0.5, 0.05);
 
-/// What a piece of a road lies on.
+/// The base that a piece of a road lies on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Base {
     /// The ground.
     Ground,
-    /// What the road has been levelled for, at the mouth of a tunnel.
+    /// Ground that has been levelled for the road, at the mouth of a tunnel.
     Level,
-    /// Its own deck.
+    /// The road's own deck.
     Bridge,
 }
 
-/// A point of a line: half width and height in metres.
+/// A point of a line, with the half width and the height of the road.
 #[derive(Clone, Copy)]
 struct RibbonPoint {
     place: Place,
@@ -78,12 +80,12 @@ struct RibbonPoint {
 }
 
 impl RibbonPoint {
-    /// The way to another point, in vertices east and south.
+    /// Returns the vector to another point, in vertices east and south.
     fn way(&self, to: &RibbonPoint) -> [f64; 2] {
         [0, 1].map(|axis| in_cells(to.place[axis] - self.place[axis]))
     }
 
-    /// The point at a share of the way to another.
+    /// Returns the point at a share of the way to another point.
     fn towards(&self, to: &RibbonPoint, share: f64) -> RibbonPoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
         RibbonPoint {
@@ -102,27 +104,28 @@ fn in_units(cells: f64) -> i64 {
     (cells * UNITS as f64 + 0.5).floor() as i64
 }
 
-/// All roads of which a part may lie on a tile, and those that may lie on these there.
+/// Finds all roads that may reach into a tile, and the roads that may overlap them there.
 pub fn roads_near(world: &World, area: &Area) -> Lines {
     let preset = world.preset();
     let of_places = preset.places.iter().flat_map(|places| places.width_m);
     let widest_m = of_places.chain(preset.roads.iter().map(|roads| roads.width_m)).fold(0.0, f64::max);
-    // To the far end of a patch, and from the edge to the middle of a road there.
+    // Reach to the far end of a patch, and from a road's edge to its middle there.
     let around = LONGEST + 2.0 * widest_m / world.spacing_m();
     world.lines_through(LineKind::Road, &area.padded(around.ceil() as usize + 1))
 }
 
-/// The ribbons on a tile of `roads`, which are those [near](roads_near) it: what lies on its ground, cut at its edges, and those
-/// pieces of each bridge whose middle lies on it. They may be off `tolerance` cells to the side.
+/// Returns the ribbons on a tile: roads on its ground, cut at the tile's edges, and the pieces of bridges whose middles
+/// lie on the tile. `roads` are the roads [near](roads_near) the tile. Ribbons may be off by `tolerance` cells to the
+/// side.
 pub fn ribbons(area: &Area, roads: &[Arc<Line>], ground: &Ground, tolerance: f64) -> Vec<Ribbon> {
     let mut builder = RibbonBuilder { area, tolerance, strips: Vec::new(), ends: Vec::new(), all: Vec::new() };
     let mut roads: Vec<&Line> = roads.iter().map(AsRef::as_ref).collect();
-    // The better road lies on the others, as that which they end on has the higher rank.
+    // The better road lies on top of the others, because roads end on a road of higher rank.
     roads.sort_by_key(|road| (Reverse(road.class), road.id));
     for (number, road) in roads.iter().enumerate() {
         builder.add_road(number, road);
     }
-    // Joins lie on all.
+    // Joins lie on top of all roads.
     let RibbonBuilder { strips, ends, mut all, .. } = builder;
     let mut patches = joins(ends, roads.len());
     patches.extend(strips);
@@ -130,31 +133,32 @@ pub fn ribbons(area: &Area, roads: &[Arc<Line>], ground: &Ground, tolerance: f64
     if !pieces.is_empty() {
         all.push(draped(&pieces, ground, LIFT_M));
     }
-    // Stable: ribbons of a kind follow each other, those of a line in its order.
+    // A stable sort: ribbons of one kind stay together, and the ribbons of a line keep their order.
     all.sort_by_key(|ribbon| ribbon.kind);
     all
 }
 
-/// The round joins of roads that end at one place, from the ends of all roads and half of how wide each is; numbered from some number on.
+/// Returns the round joins where several roads end at one place. `ends` are the ends of all roads with their half
+/// widths; the joins are numbered from `first` on.
 fn joins(mut ends: Vec<(Place, i64)>, first: usize) -> Vec<RoadPatch> {
     ends.sort_unstable();
     let places = ends.chunk_by(|a, b| a.0 == b.0).filter(|ends| ends.len() > 1);
-    // The widest is the last.
+    // The ends are sorted, so the widest is the last.
     (first..).zip(places).map(|(road, ends)| RoadPatch::join(road, ends[0].0, ends[ends.len() - 1].1 as f64)).collect()
 }
 
 struct RibbonBuilder<'a> {
     area: &'a Area,
     tolerance: f64,
-    /// What lies on the ground, from the road of the highest rank on.
+    /// Patches of roads on the ground, beginning with the road of the highest rank.
     strips: Vec<RoadPatch>,
-    /// Where roads end on the ground, and half their width there in units.
+    /// Places where roads end on the ground, and their half widths there in units.
     ends: Vec<(Place, i64)>,
     all: Vec<Ribbon>,
 }
 
 impl RibbonBuilder<'_> {
-    /// Adds what is seen of a road: of a tunnel nothing is.
+    /// Adds the visible parts of a road: tunnels are invisible.
     fn add_road(&mut self, number: usize, road: &Line) {
         if road.points.len() < 2 {
             return;
@@ -162,7 +166,7 @@ impl RibbonBuilder<'_> {
         let spacing_m = road.spacing_m;
         let corner = [self.area.x0, self.area.y0];
         let point = |point: &LinePoint| RibbonPoint {
-            // First as the road has it, so that it is rounded alike for all tiles.
+            // Round the road's own coordinates first, so that all tiles round alike.
             place: [0, 1].map(|axis| in_units(point.place[axis]) + (road.origin[axis] - corner[axis]) * UNITS),
             half_width_m: point.half_width_m,
             height_m: point.level_m + LIFT_M,
@@ -196,10 +200,10 @@ impl RibbonBuilder<'_> {
         }
     }
 
-    /// Adds what lies on the ground, from section to section.
+    /// Adds the patches of a road on the ground, from section to section.
     fn add_strip(&mut self, road: usize, sections: &[Section]) {
         let side = (self.area.width() - 1) as i64 * UNITS;
-        // Nothing that is further away touches what lies on the tile.
+        // Skip patches that are too far away to touch anything on the tile.
         let around = in_units(LONGEST + 1.0) + sections.iter().map(|section| section.half_width).max().unwrap_or(0) * 4;
         for pair in sections.windows(2) {
             let corners = [pair[0].left, pair[0].right, pair[1].right, pair[1].left];
@@ -219,14 +223,14 @@ impl RibbonBuilder<'_> {
                 corner(&pair[1], pair[1].left, 0.0),
             ];
             let triangles = quad([0, 1, 2, 3]).map(|triangle| triangle.map(|corner| corners[corner as usize]));
-            // In a bend that is narrower than the road its inner edge goes back; what is beside it covers that.
+            // In a bend narrower than the road, the inner edge runs backwards; the triangles beside it cover that area.
             let faces_up = |corners: &[RoadCorner; 3]| doubled_area(corners.map(|corner| corner.place)) > 0;
             self.strips
                 .extend(triangles.into_iter().filter(faces_up).map(|corners| RoadPatch::triangle(road, corners)));
         }
     }
 
-    /// Adds the pieces of a bridge, or of what is level, that are the tile's: one ribbon for each run of them.
+    /// Adds the tile's pieces of a bridge or of a level road: one ribbon for each run of consecutive pieces.
     fn add_ribbons(&mut self, base: Base, sections: &[Section], spacing_m: f64) {
         let side = 2 * (self.area.width() - 1) as i64 * UNITS;
         let is_ours = |piece: &usize| {
@@ -243,10 +247,11 @@ impl RibbonBuilder<'_> {
         }
     }
 
-    /// The sections without which a ribbon would be too far off to the side or too long; or, with the metres between two vertices, one
-    /// that does not lie on the ground above or below the others.
+    /// Returns the sections needed to keep a ribbon within the tolerance to the side. Given the metres between two
+    /// vertices, for a ribbon that does not lie on the ground, heights must be within their tolerance too; otherwise no
+    /// piece may become too long.
     fn needed(&self, sections: &[Section], spacing_m: Option<f64>) -> Vec<Section> {
-        // How far a section is from where it would be without it, in what may be missed.
+        // Distance of a section from the ribbon without it, in units of the tolerance.
         let miss = |first: &Section, at: &Section, last: &Section| {
             let share = (at.come - first.come) / (last.come - first.come).max(1e-6);
             let aside = |corner: fn(&Section) -> Place| {
@@ -278,7 +283,8 @@ impl RibbonBuilder<'_> {
     }
 }
 
-/// What each piece of a road lies on, from what carries it and how many cells one has come at each of its points; `None` in a tunnel.
+/// Returns the base of each piece of a road, `None` in a tunnel. `carriers` are the structures below the pieces,
+/// `along` the cells from the road's start to each of its points.
 fn bases(carriers: &[Option<StructureKind>], along: &[f64]) -> Vec<Option<Base>> {
     let is_tunnel = |piece: &usize| carriers[*piece] == Some(StructureKind::Tunnel);
     let tunnels: Vec<[f64; 2]> =
@@ -294,19 +300,20 @@ fn bases(carriers: &[Option<StructureKind>], along: &[f64]) -> Vec<Option<Base>>
     carriers.iter().enumerate().map(base).collect()
 }
 
-/// What lies across a line at one of its points: left and right seen along the line, at right angles to where its neighbours lie.
+/// A cross section of a line at one of its points, at right angles to the direction between the neighbouring points.
+/// Left and right are as seen along the line.
 #[derive(Clone, Copy)]
 struct Section {
     place: Place,
     left: Place,
     right: Place,
-    /// Units from the middle to an edge.
+    /// Distance in units from the middle to an edge.
     half_width: i64,
     height_m: f64,
     width_m: f64,
-    /// Cells from the line's start, so that what repeats along it does not depend on the tile.
+    /// Distance in cells from the line's start, so that patterns along the line do not depend on the tile.
     come: f64,
-    /// The same in widths, so that a texture is not stretched.
+    /// The same distance in road widths, so that a texture is not stretched.
     along: f32,
     ahead: [f64; 2],
     up: [f32; 3],
@@ -317,10 +324,10 @@ impl Section {
         let point = points[index];
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
         let way = before.way(&after);
-        // Neighbours may lie at one place: then there is no direction, but no NaN either.
+        // Neighbouring points may coincide: then there is no direction, but no NaN either.
         let far = length(way).max(1e-9);
         let ahead = way.map(|axis| axis / far);
-        // With x east and y south, what is left of east is north.
+        // With x east and y south, left of east is north.
         let aside = [ahead[1], -ahead[0]].map(|axis| in_units(axis * point.half_width_m / spacing_m));
         let grade = (after.height_m - before.height_m) / (far * spacing_m);
         let up = 1.0 / (1.0 + grade * grade).sqrt();
@@ -349,7 +356,7 @@ impl Section {
     }
 }
 
-/// A corner of a section: where it lies, and its height in metres.
+/// A corner of a section: returns its place, and its height in metres.
 type Corner = fn(&Section) -> (Place, f64);
 
 const LEFT_TOP: Corner = |section| (section.left, section.height_m);
@@ -358,7 +365,7 @@ const LEFT_LOW: Corner = |section| (section.left, section.low_m());
 const RIGHT_LOW: Corner = |section| (section.right, section.low_m());
 
 impl Ribbon {
-    /// Adds a face along the sections, from one of their corners to another.
+    /// Adds a face along the sections, between two of their corners.
     fn add_face(&mut self, sections: &[Section], corners: [Corner; 2], normal: impl Fn(&Section) -> [f32; 3]) {
         let first = self.vertices.len() as u32;
         for section in sections {
@@ -371,14 +378,14 @@ impl Ribbon {
     }
 }
 
-/// A strip from the first section to the last.
+/// Creates a strip from the first section to the last.
 fn strip(kind: RibbonKind, sections: &[Section]) -> Ribbon {
     let mut ribbon = Ribbon { kind, vertices: Vec::new(), triangles: Vec::new() };
     ribbon.add_face(sections, [LEFT_TOP, RIGHT_TOP], |section| section.up);
     ribbon
 }
 
-/// A slab from the first section to the last, with a top, two sides, a bottom and two ends.
+/// Creates a slab from the first section to the last, with a top, two sides, a bottom and two ends.
 fn deck(sections: &[Section]) -> Ribbon {
     let mut ribbon = strip(RibbonKind::Bridge, sections);
     let leftwards = |section: &Section| [section.ahead[1] as f32, 0.0, -section.ahead[0] as f32];
@@ -393,14 +400,14 @@ fn deck(sections: &[Section]) -> Ribbon {
         for (corner, across) in [(LEFT_TOP, 0.0), (RIGHT_TOP, 1.0), (RIGHT_LOW, 1.0), (LEFT_LOW, 0.0)] {
             ribbon.vertices.push(section.vertex(corner, normal, across));
         }
-        // Seen from ahead, left is on the right.
+        // Seen from ahead, left and right are swapped.
         let around = if ahead > 0.0 { [0, 1, 2, 3] } else { [1, 0, 3, 2] };
         ribbon.triangles.extend(quad(around.map(|corner| first + corner)));
     }
     ribbon
 }
 
-/// Two triangles for four corners.
+/// Splits a quad into two triangles.
 fn quad([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, b, c], [a, c, d]]
 }
@@ -415,7 +422,7 @@ mod tests {
     use crate::lines::{Imprint, LineId, SiteId};
     use crate::mesh::Surface;
 
-    /// Triangles in plan: places.
+    /// Returns the triangles of ribbons in plan: the places of their corners.
     fn triangles(ribbons: &[Ribbon]) -> Vec<[[f64; 2]; 3]> {
         let of = |ribbon: &Ribbon| -> Vec<_> {
             let place = |corner: u32| ribbon.vertices[corner as usize].place;
@@ -424,7 +431,7 @@ mod tests {
         ribbons.iter().flat_map(of).collect()
     }
 
-    /// How many triangles a place lies in.
+    /// Counts the triangles that a place lies in.
     fn layers(triangles: &[[[f64; 2]; 3]], [x, y]: [f64; 2]) -> usize {
         let left = |[a, b]: [[f64; 2]; 2]| (b[1] - a[1]) * (x - a[0]) - (b[0] - a[0]) * (y - a[1]);
         triangles
@@ -433,7 +440,7 @@ mod tests {
             .count()
     }
 
-    /// Hilly ground, with more than a metre from one vertex to the next.
+    /// Makes hilly ground, with metres of difference between neighbouring vertices.
     fn hilly(area: Area) -> Ground {
         let mut heights = Grid::filled(area, 0.0);
         for y in area.y0..area.y1 {
@@ -443,7 +450,7 @@ mod tests {
         Ground::new(&Surface::full(area.width() as u32 - 1), &heights, area)
     }
 
-    /// A straight road from one place to another, 8 m between two vertices.
+    /// Makes a straight road between two places, with 8 m between two vertices.
     fn straight(number: i64, from: [f64; 2], to: [f64; 2], half_width_m: f64) -> Arc<Line> {
         let at = |part: i32| [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * f64::from(part) / 20.0);
         let mut line = road((0..=20).map(|part| (at(part), 5.0, None)), 8.0);
@@ -454,7 +461,8 @@ mod tests {
 
     #[test]
     fn a_road_ends_at_a_tunnel_and_goes_on_behind_it() {
-        // Level at 50 m, 8 m between vertices, through a ridge of 90 m, with mouths between two of them.
+        // A level road at 50 m, 8 m between vertices, through a ridge of 90 m; the tunnel's mouths lie between two
+        // vertices.
         let area = Area::new(-70, 9, 33, 33);
         let ridge_m = |x: i64| if (-59..=-50).contains(&x) { 90.0 } else { 50.0 };
         let kind = |x: i64| (-60..=-49).contains(&x).then_some(StructureKind::Tunnel);
@@ -483,7 +491,7 @@ mod tests {
         let line = straight(0, [-3.0, 42.3], [25.0, 69.1], 2.5);
         for tolerance in [1.0 / 32.0, 0.25] {
             let all = ribbons(&area, std::slice::from_ref(&line), &ground, tolerance);
-            // Everywhere in a triangle, and between the lines of the lattice.
+            // Test places inside the triangles and on their edges.
             let mut tried = 0;
             for ribbon in &all {
                 for triangle in &ribbon.triangles {
@@ -503,7 +511,8 @@ mod tests {
         }
     }
 
-    /// The height in metres of a ground with every vertex, whose cells have a diagonal from south-west to north-east.
+    /// Returns the height in metres of a ground with every vertex, whose cells have a diagonal from south-west to
+    /// north-east.
     fn height_m(ground: &Ground, [x, y]: [f64; 2]) -> f64 {
         let (column, row) = (x as usize, y as usize);
         let (u, v) = (x - column as f64, y - row as f64);
@@ -557,7 +566,7 @@ mod tests {
                 (0..160).flat_map(|y| (0..160).map(move |x| [x, y].map(|at| 8.0 + (f64::from(at) + 0.37) * 0.1)))
             {
                 let (together, alone) = (layers(&all, place), layers(&apart, place));
-                // An edge between two triangles belongs to none of them.
+                // A place on the edge between two triangles counts as in neither.
                 assert!(together <= 1, "{name}: {together} roads lie on each other at {place:?}");
                 shared += usize::from(alone > 1);
                 let [x, y] = [0, 1].map(|axis| place[axis] - middle[axis]);
@@ -569,7 +578,7 @@ mod tests {
         }
     }
 
-    /// Whether a place lies on the edge of a triangle, or within the rounding of one.
+    /// True if a place lies on the edge of a triangle, or within rounding of one.
     fn on_edge(triangles: &[[[f64; 2]; 3]], place: [f64; 2]) -> bool {
         let edges = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
         edges.map(|[a, b]| LineSegment::between(a, b).distance(place)).any(|away| away < 2.0 / UNITS as f64)

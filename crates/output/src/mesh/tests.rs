@@ -1,4 +1,4 @@
-//! What a surface promises, checked vertex by vertex.
+//! The guarantees of a surface, checked vertex by vertex.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use crate::world::World;
 
 const BOUNDS_M: [f64; 6] = [0.001, 0.3, 1.0, 4.0, 30.0, 1e9];
 
-/// Heights by a rule, of a tile that is not at the origin.
+/// Makes a grid of heights by a rule, for a tile that is not at the origin.
 fn grid(cells: usize, height_m: impl Fn(i64, i64) -> f32) -> Grid<f32> {
     let area = Area::new(-70, 9, cells + 1, cells + 1);
     let mut grid = Grid::filled(area, 0.0);
@@ -27,7 +27,7 @@ fn chance(x: i64, y: i64) -> f32 {
     (combine(x as u64, y as u64) % 100_000) as f32 * 1e-5
 }
 
-/// Grids that go to the limits: flat, sloped, stepped, spiky, wild, tiny, and not a power of two.
+/// Grids that go to the limits: flat, sloped, stepped, spiky, random, tiny, and with sides that are no power of two.
 fn grids() -> Vec<(String, Grid<f32>)> {
     let mut grids = Vec::new();
     for cells in [1, 2, 3, 7, 32, 45] {
@@ -52,7 +52,7 @@ fn world(name: &str) -> World {
     World::new(preset, Some(4)).unwrap()
 }
 
-/// How far below or above its triangle each vertex lies at most, all triangles with their edges looked at in `f64`.
+/// Returns the largest distance in metres of a vertex from its triangles, edges included, in `f64`.
 fn greatest_error_m(surface: &Surface, heights: &Grid<f32>, area: Area) -> f64 {
     let mut greatest: f64 = 0.0;
     let mut covered = BTreeSet::new();
@@ -80,12 +80,12 @@ fn greatest_error_m(surface: &Surface, heights: &Grid<f32>, area: Area) -> f64 {
     greatest
 }
 
-/// Positive for a triangle whose front faces up.
+/// Returns twice the area of a triangle, positive if its front faces up.
 fn doubled_area([a, b, c]: [[i64; 2]; 3]) -> i64 {
     (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
 }
 
-/// Asserts all that is true of every surface.
+/// Asserts everything that is true of every surface.
 fn assert_sound(surface: &Surface, name: &str) {
     let cells = surface.cells as i64;
     let distinct: BTreeSet<_> = surface.vertices.iter().collect();
@@ -154,7 +154,7 @@ fn neighbours_share_the_vertices_of_their_edge() {
             assert_eq!(on(&here[level], 0, 64), on(&east[level], 0, 0), "{name}");
             assert_eq!(on(&here[level], 1, 64), on(&south[level], 1, 0), "{name}");
         }
-        // A coarse tile beside a fine one, if it is asked to, or one with all vertices.
+        // A coarse tile can meet a fine neighbour, or one with all vertices, if it is asked to.
         let tile = Tile::new(&world, at);
         let coarse = |edge_m| Surface::simplified(tile.heights(), tile.area(), 2.0, Some(edge_m));
         assert_eq!(on(&coarse(0.1), 0, 64), on(&here[0], 0, 64), "{name}");

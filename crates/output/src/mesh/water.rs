@@ -1,4 +1,4 @@
-//! The surfaces of water: few triangles between the banks and shores, for water is flat.
+//! The surfaces of water: few triangles between banks and shores, because water is flat.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,18 +14,18 @@ use crate::land::WaterKind;
 pub struct Sheet {
     /// River, lake or sea.
     pub kind: WaterKind,
-    /// Its vertices: [parts](PARTS) of a cell east and south of the tile's north-western corner, and height in metres.
+    /// Vertices: [parts](PARTS) of a cell east and south of the tile's north-western corner, and height in metres.
     pub vertices: Vec<([u32; 2], f32)>,
-    /// Counter-clockwise seen from above, as in [`Surface`](super::Surface).
+    /// Triangles, counter-clockwise seen from above, as in [`Surface`](super::Surface).
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A place on the water.
+/// A vertex of the triangulation of the water's surface.
 #[derive(Clone, Copy, Debug)]
 struct SurfacePoint {
     place: [i64; 2],
     level_m: f32,
-    /// What it is the edge of, or lies in.
+    /// The water whose edge the point lies on, or in which it lies.
     kind: WaterKind,
 }
 
@@ -38,8 +38,8 @@ impl HasPosition for SurfacePoint {
     }
 }
 
-/// The surfaces of the waters of a tile, of rivers, lakes and the sea, where there is any. On the edge of the tile they have vertices
-/// where shores and banks cross it and at its corners, and so has its neighbour.
+/// Returns the water surfaces of a tile, of rivers, lakes and the sea, as far as there are any. On the tile's edge they
+/// have vertices at its corners and where shores and banks cross it, which the neighbour has too.
 pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
     let side = waters.cells() as u32;
     let shores: HashMap<[i64; 2], WaterKind> = waters
@@ -64,7 +64,7 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
     }
     let numbers: HashMap<[i64; 2], usize> =
         places.iter().enumerate().map(|(number, place)| (place.place, number)).collect();
-    // Each piece with the water on its left, as the triangulation turns.
+    // Each piece has its water on the left, as the triangulation turns.
     let pieces: HashMap<[usize; 2], WaterKind> =
         waters.pieces().map(|(kind, ends)| (ends.map(|end| numbers[&end]), kind)).collect();
     let mut edges: Vec<[usize; 2]> = pieces.keys().copied().filter(|[from, to]| from != to).collect();
@@ -79,8 +79,8 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         let corners = face.vertices().map(|vertex| vertex.fix());
         let number = |vertex: FixedVertexHandle| vertex.index();
         let sides = [0, 1, 2].map(|side| [number(corners[side]), number(corners[(side + 1) % 3])]);
-        // What lies on the edge of the tile is what the edge is there, as it is for the neighbour; else a shore or a bank at its
-        // side says what it is, or what is around its middle.
+        // A triangle at the tile's edge takes the water of the edge, as the neighbour's triangle does. Any other takes
+        // the water of a shore or bank at its side, or else the water around its middle.
         let at = |corner: usize| surface.vertex(corners[corner]).data().place;
         let border = [0, 1, 2].into_iter().find_map(|side| waters.border([at(side), at((side + 1) % 3)]));
         let inside = sides.iter().find_map(|side| pieces.get(side).copied());
@@ -103,13 +103,13 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         let [a, b, c] = corners.map(|corner| {
             *given[sheet].entry(corner.index()).or_insert_with(|| {
                 let SurfacePoint { place, level_m, kind: own } = *surface.vertex(corner).data();
-                // Standing water is level up to where a river runs into it.
+                // Standing water stays level up to the mouth of a river.
                 let level_m = if own == kind || kind == WaterKind::River { level_m } else { still_m };
                 vertices.push((place.map(|at| at as u32), level_m));
                 vertices.len() as u32 - 1
             })
         });
-        // Counter-clockwise where y is up is clockwise where it is south.
+        // Spade turns counter-clockwise with y up, which is clockwise with y south.
         triangles.push([a, c, b]);
     }
     sheets.retain(|sheet| !sheet.triangles.is_empty());

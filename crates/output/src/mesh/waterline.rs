@@ -1,9 +1,10 @@
-//! Where water meets land on a tile: the banks of rivers, smooth as the rivers are, and the shores of lakes and the sea, where the
-//! heights say.
+//! The lines where water meets land on a tile: the banks of rivers, as smooth as the rivers are, and the shores of
+//! lakes and the sea, where the heights put them.
 //!
-//! A river is known by its middle and its width, which may be less than a cell: its banks lie between the vertices of the raster. The
-//! shore of standing water crosses the edges of cells where the land rises above its level. Both are as simple as a tolerance allows, and
-//! what of them lies on the edge of a tile follows from what both tiles at it know.
+//! A river is known by its centre line and its width, which may be less than a cell: its banks lie between the vertices
+//! of the raster. The shore of standing water crosses the edges of cells where the land rises above the water's level.
+//! Both are as simple as a tolerance allows. Their points on the edge of a tile follow from what both tiles at the edge
+//! know.
 
 use std::collections::{HashMap, HashSet};
 
@@ -16,37 +17,40 @@ use crate::lines::{Line, LineKind, LinePoint};
 use crate::tile::Tile;
 use crate::world::World;
 
-/// Metres by which the ground lies below the surface of the water at its edge, so that none of the two shimmers through the other.
+/// Distance in metres by which the ground lies below the water's surface at its edge, so that neither shimmers through
+/// the other.
 pub const CLEAR_M: f32 = 0.05;
 
-/// Vertices around a tile in which rivers are looked for: half the width of the widest, and some more.
+/// Vertices around a tile in which rivers are looked for: half the width of the widest river, and some more.
 const AROUND: usize = 24;
 
-/// How far inside its own river a bank must be to be no bank: a share of that one's width, and parts of a cell.
+/// A bank inside its own river, as in a tight bend, is left out if it lies within this share of the river's half width,
+/// less these parts of a cell.
 const INSIDE: (f64, f64) = (0.9, 4.0);
 
-/// Parts of a cell by which a bank ends before that of a river that it joins, so that the two do not cross.
+/// Parts of a cell by which a bank ends in front of the bank of a river that it joins, so that the two do not cross.
 const APART: f64 = 3.0;
 
-/// Parts of a cell beside a river within which what the raster has of rivers is that one.
+/// Parts of a cell beside a river's banks within which the raster's river is this river.
 const BESIDE: f64 = 1.75 * PARTS as f64;
 
-/// Crossings of edges, the first of them twice, around four vertices: a shorter ring is no river.
+/// Number of edge crossings, the first of them counted twice, of a ring around four vertices. A shorter ring is no
+/// river.
 const SCRAP: usize = 9;
 
-/// The least and the most of an edge that lies on the wet side of a shore: so no shore runs through a vertex.
+/// Least and greatest share of an edge on the wet side of a shore, so that no shore runs through a vertex.
 const SHARE: [f64; 2] = [0.06, 0.94];
 
-/// Cells to the side by which any line may be off.
+/// Distance in cells by which any line may be off to the side.
 const FINEST: f64 = 1.0 / 32.0;
 
-/// The sides of a round pool.
+/// Number of sides of a round pool.
 const POOL: usize = 12;
 
-/// A point of a shore or a bank, or of a river's middle.
+/// A point of a shore, of a bank, or of a river's centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaterPoint {
-    /// [Parts](PARTS) of a cell east and south of the tile's north-western corner.
+    /// Position in [parts](PARTS) of a cell east and south of the tile's north-western corner.
     pub place: [i64; 2],
     /// Height in metres of the water's surface.
     pub level_m: f32,
@@ -54,33 +58,33 @@ pub struct WaterPoint {
     pub ground_m: f32,
 }
 
-/// A shore or a bank, point after point, with the water on its left where x is east and y is south as if it were north.
+/// A shore or a bank, point after point. The water is on its left if x east and y south are drawn with y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waterline {
-    /// What it is the edge of.
+    /// The water whose edge the line is.
     pub kind: WaterKind,
-    /// Its points, at least one.
+    /// The points of the line; at least one.
     pub points: Vec<WaterPoint>,
 }
 
-/// The waters of a tile by their edges.
+/// The waters of a tile, by their edges.
 #[derive(Debug)]
 pub struct Waterlines {
-    /// Cells a side.
+    /// Cells per side of the tile.
     cells: usize,
-    /// What places are multiples of.
+    /// Places of points are multiples of this number of parts.
     grain: i64,
     lines: Vec<Waterline>,
-    /// Points of the middles of rivers, for the ground below them.
+    /// Points of the rivers' centre lines, with the ground below them.
     beds: Vec<WaterPoint>,
     courses: Vec<Course>,
     reaches: Reaches,
     standing: Standing,
-    /// For each vertex of the tile that a river covers, row by row, its level.
+    /// Water level at each vertex of the tile that a river covers, by column and row.
     covered: HashMap<[u32; 2], f32>,
 }
 
-/// A river: its middle, in parts of a cell from the tile's corner.
+/// A river: its centre line, in parts of a cell from the tile's corner.
 #[derive(Debug)]
 struct Course {
     points: Vec<CoursePoint>,
@@ -89,23 +93,23 @@ struct Course {
 #[derive(Clone, Copy, Debug)]
 struct CoursePoint {
     place: [i64; 2],
-    /// Parts of a cell from the middle to a bank.
+    /// Distance in parts of a cell from the centre line to a bank.
     half: f64,
     level_m: f32,
     bed_m: f32,
 }
 
-/// The pieces of rivers that may cover a place, each with the number of its river, by squares of the tile.
+/// Lookup of the pieces of rivers that may cover a place, each with the number of its river, by squares of the tile.
 #[derive(Debug)]
 struct Reaches {
-    /// Squares a side.
+    /// Number of squares per side.
     side: usize,
-    /// Of each square, row by row, in the order of the rivers.
+    /// Pieces in each square, row by row, in the order of the rivers.
     squares: Vec<Vec<(usize, [CoursePoint; 2])>>,
 }
 
 impl Reaches {
-    /// Cells a side of a square.
+    /// Cells per side of a square.
     const SQUARE: usize = 16;
 
     fn new(courses: &[Course], cells: usize) -> Reaches {
@@ -119,7 +123,7 @@ impl Reaches {
             let range = |axis: usize| {
                 let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
                 let first = ((low as f64 - half) / square).floor().max(0.0) as usize;
-                // Empty where it lies before the first square.
+                // Empty where the piece lies before the first square.
                 first..((high as f64 + half) / square + 1.0).floor().clamp(0.0, side as f64) as usize
             };
             for row in range(1) {
@@ -137,18 +141,19 @@ impl Reaches {
     }
 }
 
-/// Standing water, at the vertices of a tile and one around them.
+/// Standing water at the vertices of a tile and one vertex around them.
 #[derive(Debug)]
 struct Standing {
     area: Area,
-    /// What stands at each vertex, and its level in metres.
+    /// Kind and level in metres of the water at each vertex.
     wet: Vec<Option<(WaterKind, f32)>>,
     heights_m: Vec<f32>,
 }
 
 impl Waterlines {
-    /// The waters of a tile, by lines that may be off `tolerance` cells to the side, at places that are multiples of `grain`
-    /// [parts](PARTS) of a cell, which is a power of two: no two of them are nearer to each other. `None` where there is no water.
+    /// Finds the waters of a tile; `None` if there are none. Lines may be off by `tolerance` cells to the side. Places
+    /// are multiples of `grain` [parts](PARTS) of a cell, a power of two, so different points are at least that far
+    /// apart.
     pub fn new(world: &World, tile: &Tile, tolerance: f64, grain: i64) -> Option<Waterlines> {
         let area = tile.area();
         let near = area.padded(AROUND);
@@ -168,67 +173,68 @@ impl Waterlines {
         (!waters.lines.is_empty() || waters.standing.has_any(area)).then_some(waters)
     }
 
-    /// All points, none twice at one place.
+    /// Returns all points, no two of them at the same place.
     pub fn points(&self) -> Vec<WaterPoint> {
         let mut known: HashSet<[i64; 2]> = HashSet::new();
         let all = self.lines.iter().flat_map(|line| &line.points).chain(&self.beds);
         all.filter(|point| known.insert(point.place)).copied().collect()
     }
 
-    /// The pieces of shores and banks: what each is the edge of, and its ends.
+    /// Returns the pieces of shores and banks: the water whose edge each piece is, and its ends.
     pub fn pieces(&self) -> impl Iterator<Item = (WaterKind, [[i64; 2]; 2])> {
         self.lines
             .iter()
             .flat_map(|line| line.points.windows(2).map(|pair| (line.kind, [pair[0].place, pair[1].place])))
     }
 
-    /// The lines themselves.
+    /// Returns the shores and banks.
     pub fn lines(&self) -> &[Waterline] {
         &self.lines
     }
 
-    /// What places are multiples of.
+    /// Number of parts of a cell that places are multiples of.
     pub fn grain(&self) -> i64 {
         self.grain
     }
 
-    /// Cells a side of the tile.
+    /// Cells per side of the tile.
     pub fn cells(&self) -> usize {
         self.cells
     }
 
-    /// What stands at a vertex of the tile, or the level of the river that covers it.
+    /// Returns the kind and the level in metres of the water at a vertex of the tile: standing water, or else a river.
     pub fn at_vertex(&self, [column, row]: [u32; 2]) -> Option<(WaterKind, f32)> {
         let river = || self.covered.get(&[column, row]).map(|level_m| (WaterKind::River, *level_m));
         self.standing.at(column.into(), row.into()).or_else(river)
     }
 
-    /// Whether a vertex of the tile is under water.
+    /// True if a vertex of the tile is under water.
     pub fn covers(&self, [column, row]: [u32; 2]) -> bool {
         self.at_vertex([column, row]).is_some()
     }
 
-    /// The vertices of the tile that rivers cover, in any order.
+    /// Returns the vertices of the tile that rivers cover, in any order.
     pub fn covered(&self) -> impl Iterator<Item = [u32; 2]> {
         self.covered.keys().copied()
     }
 
-    /// The height of the ground at a vertex of the tile: below the river that covers it, if one does.
+    /// Returns the height of the ground at a vertex of the tile: if a river covers it, lowered below the river's
+    /// surface.
     pub fn lowered(&self, at: [u32; 2], height_m: f32) -> f32 {
         self.covered.get(&at).map_or(height_m, |level_m| height_m.min(level_m - 2.0 * CLEAR_M))
     }
 
-    /// What stands at a place in the tile, as far as the vertices around it say.
+    /// Returns the standing water at a place in the tile, as far as the four vertices around it tell.
     pub fn standing_at(&self, place: [f64; 2]) -> Option<WaterKind> {
         self.standing.between(place).filter(|(_, share)| *share >= 0.5).map(|((kind, _), _)| kind)
     }
 
-    /// The level of the standing water at a place in the tile or beside it.
+    /// Returns the level of the standing water at a place in the tile or beside it.
     pub fn standing_level_m(&self, place: [f64; 2]) -> Option<f32> {
         self.standing.between(place).map(|((_, level_m), _)| level_m)
     }
 
-    /// What water there is at a piece of the edge of the tile; `None` of one that does not lie on the edge.
+    /// Returns the water at a piece of the tile's edge; the outer `None` means that the piece does not lie on the edge.
     pub fn border(&self, [from, to]: [[i64; 2]; 2]) -> Option<Option<WaterKind>> {
         let side = self.cells as i64 * i64::from(PARTS);
         let on_edge = |axis: usize| from[axis] == to[axis] && (from[axis] == 0 || from[axis] == side);
@@ -241,16 +247,17 @@ impl Waterlines {
         };
         let middle = [0, 1].map(|axis| (from[axis] + to[axis]) as f64 / 2.0);
         let standing = || self.standing.on_edge(1 - axis, middle);
-        // Standing water before a river, as everywhere.
+        // As everywhere, standing water comes before a river.
         Some(standing().or_else(|| self.is_river(middle).then_some(WaterKind::River)))
     }
 
-    /// Whether a river covers a place in the tile.
+    /// True if a river covers a place in the tile.
     pub fn is_river(&self, place: [f64; 2]) -> bool {
         self.river_at(place, 1.0, 0.0).is_some()
     }
 
-    /// The level of the river that covers a place with a share of its width less some parts.
+    /// Returns the level of the river that covers a place, with its half width scaled by `share` and reduced by `less`
+    /// parts.
     fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
         let mut best: Option<(f64, f32)> = None;
         for (_, [from, to]) in self.reaches.around(place) {
@@ -262,7 +269,7 @@ impl Waterlines {
         best.map(|(_, level_m)| level_m)
     }
 
-    /// Whether a bank of a river ends at a place, or before it: at the bank of another one, or well inside of its own bend.
+    /// True if a bank of a river must end at or in front of a place: at another river, or well inside its own river.
     fn is_joined(&self, course: usize, place: [f64; 2]) -> bool {
         self.reaches.around(place).iter().any(|(other, [from, to])| {
             let (share, less) = if *other == course { INSIDE } else { (1.0, -APART) };
@@ -313,8 +320,8 @@ impl Waterlines {
             let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge, self.grain)).collect();
             let places: Vec<[f64; 2]> = points.iter().map(|point| point.place.map(|at| at as f64)).collect();
             let kept = simplified(&places, tolerance * f64::from(PARTS));
-            // A ring of which nothing but a line would be left is as small as the tolerance; one of a vertex or two that the raster
-            // calls a river is what is left of one beside its banks.
+            // Leave out a ring that simplification reduces to a line, since it is as small as the tolerance; and a ring
+            // of a vertex or two that the raster calls a river, since that is left over beside the river's banks.
             let is_ring = chain[0] == chain[chain.len() - 1];
             let is_scrap = self.standing.kind_at(chain[0]) == WaterKind::River && chain.len() < SCRAP;
             if is_ring && (kept.len() < 4 || is_scrap) {
@@ -323,7 +330,7 @@ impl Waterlines {
             }
             let by_place: HashMap<[i64; 2], WaterPoint> = points.iter().map(|point| (point.place, *point)).collect();
             let kept = kept.iter().map(|place| by_place[&place.map(|at| at as i64)]);
-            // A shore ends where a river runs in.
+            // A shore ends at the mouth of a river.
             let is_shore = |point: &WaterPoint| self.river_at(point.place.map(|at| at as f64), 1.0, 0.0).is_none();
             let mut kept: Vec<WaterPoint> = kept.collect();
             if !self.standing.is_left(chain[0], [&points[0], &points[1]]) {
@@ -333,7 +340,7 @@ impl Waterlines {
             let lines = runs(kept.into_iter(), is_shore, self.grain);
             self.lines.extend(lines.into_iter().map(|points| Waterline { kind, points }));
         }
-        // What has no shore is no water for banks either.
+        // Water without a shore must not stop banks either, so it is dried.
         for ring in &left_out {
             self.standing.dry(ring);
         }
@@ -350,7 +357,7 @@ impl Waterlines {
             let in_water = |point: &WaterPoint| self.standing.nearest(point.place.map(|at| at as f64)).is_none();
             for side in course.banks(self.grain) {
                 for line in clipped(&side, self.cells, self.grain) {
-                    // Where a river joins another its banks end, and the ground is a bed there.
+                    // Where a river joins another, its banks end, and the ground is a bed.
                     let joined = line.iter().filter(|point| in_water(point) && !is_free(point));
                     beds.extend(joined.map(|point| WaterPoint { ground_m: point.level_m - 4.0 * CLEAR_M, ..*point }));
                     lines.extend(runs(line.into_iter(), is_free, self.grain));
@@ -365,8 +372,8 @@ impl Waterlines {
     }
 }
 
-/// The parts of a line that are as they should be, up to where that ends. One point alone stays too: on the edge of a tile the
-/// neighbour may have more of the line.
+/// Returns the parts of a line whose points are good, extended to the last good point on the line. A single point stays
+/// too: on the edge of a tile, the neighbour may have more of the line.
 fn runs(
     line: impl Iterator<Item = WaterPoint>,
     is_good: impl Fn(&WaterPoint) -> bool,
@@ -396,7 +403,7 @@ fn runs(
     runs
 }
 
-/// The last point that is as it should be on the way to one that is not.
+/// Finds the last good point on the way from a good point to a bad one, by bisection.
 fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -> bool, grain: i64) -> WaterPoint {
     let between = |share: f64| {
         let mix = |from: f32, to: f32| from + (to - from) * share as f32;
@@ -409,7 +416,7 @@ fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -
         }
     };
     let (mut low, mut high) = (0.0, 1.0);
-    // To a part of a cell on lines of 256 cells.
+    // Sixteen steps find a part of a cell on lines of 256 cells.
     for _ in 0..16 {
         let middle = f64::midpoint(low, high);
         if is_good(&between(middle)) { low = middle } else { high = middle }
@@ -417,7 +424,8 @@ fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -
     between(low)
 }
 
-/// How far inside a piece of a river a place is, of a share of its width less some parts, and the level there.
+/// Returns how far inside a piece of a river a place is, in parts, and the level there; `None` outside. The river's
+/// half width is scaled by `share` and reduced by `less` parts.
 fn covering(pair: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f64) -> Option<(f64, f32)> {
     let [from, to] = pair;
     let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
@@ -431,7 +439,8 @@ fn covering(pair: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f64) -> 
 }
 
 impl Course {
-    /// A river near a tile, as simple as the tolerance allows. The whole of it is looked at, so that each tile has the same.
+    /// Simplifies a river near a tile within the tolerance. The whole river is looked at, so that each tile gets the
+    /// same line.
     fn new(line: &Line, area: &Area, tolerance: f64, grain: i64) -> Course {
         let spacing_m = line.spacing_m;
         let point = |point: &LinePoint| {
@@ -444,8 +453,8 @@ impl Course {
             }
         };
         let points: Vec<CoursePoint> = line.points.iter().map(point).collect();
-        // What is closer to a straight line than this is left out: to the side, in width, and in height. A narrow river stays where it
-        // is by half of its half width, but for what nobody sees.
+        // Leave out points that are closer to a straight line than these tolerances: to the side, in width, and in
+        // height. A narrow river may move by half of its half width at most, or by `FINEST`, which is invisible.
         let narrow = |point: &CoursePoint| (point.half / 2.0).max(FINEST * f64::from(PARTS));
         let miss = tolerance * f64::from(PARTS);
         let miss_m = (tolerance * spacing_m / 8.0) as f32;
@@ -474,7 +483,7 @@ impl Course {
         (0..last.max(1)).map(move |at| [&self.points[at], &self.points[(at + 1).min(last)]])
     }
 
-    /// Its banks: two, or the ring of a round pool.
+    /// Returns the two banks, or the ring around a round pool.
     fn banks(&self, grain: i64) -> Vec<Vec<WaterPoint>> {
         let at = |point: &CoursePoint, [x, y]: [f64; 2]| WaterPoint {
             place: [point.place[0] + snapped(x, grain), point.place[1] + snapped(y, grain)],
@@ -504,13 +513,13 @@ impl Course {
             left.push(at(point, aside));
             right.push(at(point, aside.map(|axis| -axis)));
         }
-        // Around its source, and open where it ends in other water.
+        // The banks are joined around the source, and open where the river ends in other water.
         right.insert(0, left[0]);
         right.reverse();
         vec![left, right]
     }
 
-    /// Its middle, on the ground.
+    /// Returns the centre line on the river's bed.
     fn bed(&self) -> Vec<WaterPoint> {
         let point =
             |point: &CoursePoint| WaterPoint { place: point.place, level_m: point.level_m, ground_m: point.bed_m };
@@ -519,7 +528,7 @@ impl Course {
 }
 
 impl CoursePoint {
-    /// How far it is from the line between two others, in what may be missed.
+    /// Returns the distance from the line between two points, in width and height too, in units of the tolerances.
     fn miss(&self, from: &CoursePoint, to: &CoursePoint, miss: f64, miss_m: f32) -> f64 {
         let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
         let off = [0, 1].map(|axis| (self.place[axis] - from.place[axis]) as f64);
@@ -536,7 +545,7 @@ impl CoursePoint {
 impl Standing {
     fn new(world: &World, tile: &Tile, courses: &[Course]) -> Standing {
         let padded = tile.heights().area();
-        // One vertex around the tile is enough, whatever else is known.
+        // One vertex around the tile is used, even if the tile knows more, so that neighbours agree.
         let area = tile.area().padded(1);
         let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
         debug_assert!(padded.common(&area) == Some(area));
@@ -555,7 +564,7 @@ impl Standing {
                     WaterKind::Sea => Some((kind, sea_m)),
                     WaterKind::Lake | WaterKind::River => {
                         let depth_m = tile.water().map_or(0.0, |water| water.depth_m.at(x, y));
-                        // As coarse as this, so that a lake whose level was a sum of floats is flat.
+                        // Round levels, so that a lake whose level was a sum of floats is flat.
                         Some((kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE))
                     }
                 });
@@ -566,11 +575,12 @@ impl Standing {
         standing
     }
 
-    /// Leaves out what is water of a river that has banks of its own; side arms and old arms have none.
+    /// Removes the raster's water of rivers that have banks of their own. Side arms and oxbow lakes have none and stay.
     fn leave_out(&mut self, courses: &[Course], tile: Area) {
         let width = self.area.width() as i64;
         for pair in courses.iter().flat_map(Course::pieces) {
-            // What a bank has beside it, up to the next vertices: the raster's rivers are a little wider, and begin a little before.
+            // Reach beyond the banks to the next vertices: the raster's rivers are a little wider and begin a little
+            // earlier.
             let reach = pair[0].half.max(pair[1].half) + BESIDE;
             let range = |axis: usize, side: i64| {
                 let (low, high) =
@@ -596,7 +606,7 @@ impl Standing {
         (0..area.height() as i64).any(|row| (0..area.width() as i64).any(|column| self.at(column, row).is_some()))
     }
 
-    /// What stands at a vertex, counted from the tile's corner.
+    /// Returns the water at a vertex, counted from the tile's corner.
     fn at(&self, column: i64, row: i64) -> Option<(WaterKind, f32)> {
         self.wet[((row + 1) * self.area.width() as i64 + column + 1) as usize]
     }
@@ -605,42 +615,42 @@ impl Standing {
         self.heights_m[((row + 1) * self.area.width() as i64 + column + 1) as usize]
     }
 
-    /// What stands at the vertex that is nearest to a place.
+    /// Returns the water at the vertex nearest to a place.
     fn nearest(&self, place: [f64; 2]) -> Option<(WaterKind, f32)> {
         let last = self.area.width() as i64 - 3;
         let [column, row] = place.map(|at| ((at / f64::from(PARTS)).round() as i64).clamp(0, last));
         self.at(column, row)
     }
 
-    /// The two ends of an edge between vertices, and which of them is under water.
+    /// Returns the two ends of an edge between vertices, and the index of the end that is under water.
     fn ends(&self, (column, row, south): Edge) -> ([(i64, i64); 2], usize) {
         let (dx, dy) = if south { (0, 1) } else { (1, 0) };
         let ends = [(column, row), (column + dx, row + dy)];
         (ends, usize::from(self.at(ends[0].0, ends[0].1).is_none()))
     }
 
-    /// What a shore across an edge is the shore of.
+    /// Returns the kind of water whose shore crosses an edge.
     fn kind_at(&self, edge: Edge) -> WaterKind {
         let (ends, under) = self.ends(edge);
         self.at(ends[under].0, ends[under].1).expect("a shore has water on one side").0
     }
 
-    /// Dries the water within a ring of edges that its shore crosses; a ring around land leaves it as it is.
+    /// Dries the water inside a ring of edges that its shore crosses. A ring around land, an island, changes nothing.
     fn dry(&mut self, ring: &[Edge]) {
-        // The northernmost edge to the south comes from outside.
+        // The northernmost edge that runs south enters the ring from outside.
         let Some(first) = ring.iter().filter(|(_, _, south)| *south).min_by_key(|(_, row, _)| *row) else { return };
         let ([_, inside], 1) = self.ends(*first) else { return };
         let mut open = vec![inside];
         while let Some((column, row)) = open.pop() {
             let index = ((row + 1) * self.area.width() as i64 + column + 1) as usize;
             if self.wet[index].take().is_some() {
-                // Waters that meet at a corner are one.
+                // Waters that touch at a corner are connected.
                 open.extend((-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (column + dx, row + dy))));
             }
         }
     }
 
-    /// Whether the water is on the left of a shore that begins on an edge.
+    /// True if the water is on the left of a shore that begins on an edge.
     fn is_left(&self, edge: Edge, [first, second]: [&WaterPoint; 2]) -> bool {
         let (ends, under) = self.ends(edge);
         let wet = [ends[under].0, ends[under].1].map(|at| at * i64::from(PARTS));
@@ -649,7 +659,8 @@ impl Standing {
         along[0] * aside[1] - along[1] * aside[0] > 0
     }
 
-    /// What stands at the vertices around a place, and how much of what is around it is under water.
+    /// Returns the standing water at the vertices around a place, and the share of the surroundings that is under
+    /// water.
     fn between(&self, place: [f64; 2]) -> Option<((WaterKind, f32), f64)> {
         let last = self.area.width() as i64 - 4;
         let [column, row] = place.map(|at| ((at / f64::from(PARTS)).floor() as i64).clamp(0, last));
@@ -657,12 +668,12 @@ impl Standing {
         let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.at(column + dx, row + dy));
         let shares = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
         let wet: f64 = corners.iter().zip(shares).filter(|(corner, _)| corner.is_some()).map(|(_, share)| share).sum();
-        // The greatest water of the cell, and of one kind the highest.
+        // Of the waters at the corners, the greatest kind; of one kind, the highest level.
         let greatest = corners.into_iter().flatten().reduce(|a, b| if b > a { b } else { a });
         greatest.map(|greatest| (greatest, wet))
     }
 
-    /// What stands at a place on a line of the raster that runs along an axis.
+    /// Returns the standing water at a place on a line of the raster that runs along an axis.
     fn on_edge(&self, axis: usize, place: [f64; 2]) -> Option<WaterKind> {
         let last = self.area.width() as i64 - 4;
         let cell = f64::from(PARTS);
@@ -683,14 +694,14 @@ impl Standing {
         }
     }
 
-    /// Adds the shores through a cell: from edge to edge.
+    /// Adds the shores through a cell, each from edge to edge.
     fn cross(&self, column: i64, row: i64, segments: &mut Vec<[Edge; 2]>) {
         let wet = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| self.at(column + dx, row + dy).is_some());
         let edges = [(column, row, false), (column + 1, row, true), (column, row + 1, false), (column, row, true)];
         let crossed: Vec<usize> = (0..4).filter(|edge| wet[*edge] != wet[(edge + 1) % 4]).collect();
         match crossed[..] {
             [one, other] => segments.push([edges[one], edges[other]]),
-            // Two waters that meet at a corner are one, as what is narrower than a cell goes on.
+            // Two waters that touch at a corner are connected, because water narrower than a cell goes on there.
             [_, _, _, _] => {
                 let pairs = if wet[0] { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
                 segments.extend(pairs.map(|pair| pair.map(|edge| edges[edge])));
@@ -699,7 +710,7 @@ impl Standing {
         }
     }
 
-    /// The share of an edge between two vertices at which a shore crosses it.
+    /// Returns the share of an edge between two vertices at which a shore crosses it.
     fn share(&self, edge: Edge) -> f64 {
         let (ends, under) = self.ends(edge);
         let heights_m = ends.map(|(column, row)| self.height_m(column, row));
@@ -708,14 +719,14 @@ impl Standing {
         let rise_m = f64::from(heights_m[over] - heights_m[under]);
         let share = match f64::from(level_m - heights_m[under]) {
             depth_m if rise_m > depth_m && depth_m >= 0.0 => depth_m / rise_m,
-            // Land that is no higher than the water, beyond a spill.
+            // The land is no higher than the water, as beyond a spillway.
             _ => 0.5,
         };
         let share = share.clamp(SHARE[0], SHARE[1]);
         if under == 0 { share } else { 1.0 - share }
     }
 
-    /// The point of a shore on an edge between two vertices.
+    /// Returns the point of a shore on an edge between two vertices.
     fn shore(&self, edge: Edge, grain: i64) -> WaterPoint {
         let (ends, under) = self.ends(edge);
         let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
@@ -727,11 +738,11 @@ impl Standing {
     }
 }
 
-/// Levels a metre.
+/// Water levels are rounded to steps; this is the number of steps per metre.
 const LEVELS_A_METRE: f32 = 64.0;
 
-/// The parts of a line within a square of so many cells, with points where it crosses its edge. Where these are does not depend on
-/// which side of the edge the square lies.
+/// Returns the parts of a line within a square of `cells` cells, with points where the line crosses the square's edge.
+/// Their places do not depend on the side of the edge on which the square lies.
 fn clipped(line: &[WaterPoint], cells: usize, grain: i64) -> Vec<Vec<WaterPoint>> {
     let side = cells as i64 * i64::from(PARTS);
     let is_within = |point: &WaterPoint| point.place.iter().all(|at| (0..=side).contains(at));
@@ -761,13 +772,13 @@ fn push(part: &mut Vec<WaterPoint>, point: WaterPoint) {
     }
 }
 
-/// The multiple of a grain that is nearest to a number of parts.
+/// Returns the multiple of `grain` that is nearest to a number of parts.
 pub(super) fn snapped(parts: f64, grain: i64) -> i64 {
-    // Halves always to the same side, wherever the corner is that they are counted from.
+    // Halves are rounded in the same direction, whatever the corner from which they are counted.
     (parts / grain as f64 + 0.5).floor() as i64 * grain
 }
 
-/// Where a straight piece crosses the edge of a square, and at which share of it.
+/// Returns the points where a straight piece crosses the edge of a square, with their shares of its length.
 fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64, grain: i64) -> Vec<(f64, WaterPoint)> {
     let mut found = Vec::new();
     for axis in 0..2 {
@@ -776,7 +787,7 @@ fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64, grain: i64) -> Vec<(
             if (start < edge) == (end < edge) || start == edge || end == edge {
                 continue;
             }
-            // In whole numbers, from the same end in both tiles: rounded alike wherever the corner is.
+            // Whole numbers, computed from the same end in both tiles, are rounded alike wherever the corner is.
             let (across, along) = (to.place[1 - axis] - from.place[1 - axis], end - start);
             let at = from.place[1 - axis] + (2 * across * (edge - start) + along).div_euclid(2 * along);
             let at = (at + grain / 2).div_euclid(grain) * grain;
@@ -803,7 +814,8 @@ mod tests {
 
     const CELLS: usize = 16;
 
-    /// Standing water of a kind at some vertices of a tile without rivers, half a metre deep between ground of 7 m.
+    /// Makes standing water of a kind at some vertices of a tile without rivers: half a metre deep, between ground at 7
+    /// m.
     fn standing(kind: WaterKind, at: impl Fn(i64, i64) -> bool) -> Waterlines {
         let area = Area::new(0, 0, CELLS + 1, CELLS + 1).padded(1);
         let places = || (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
@@ -831,7 +843,7 @@ mod tests {
 
     #[test]
     fn water_without_a_shore_is_none() {
-        // A scrap of a river beside what is none, and a lake as small as it.
+        // A scrap of a river beside a real one; and a lake just as small.
         let is_scrap = |x, y| (x, y) == (4, 5) || (x, y) == (5, 5);
         let scrap = standing(WaterKind::River, |x, y| is_scrap(x, y) || (9..14).contains(&x) && (3..9).contains(&y));
         assert_eq!(scrap.lines.len(), 1);

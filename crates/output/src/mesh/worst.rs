@@ -1,4 +1,4 @@
-//! Where a triangle is furthest from the heights.
+//! The vertex at which a triangle is furthest from the heights.
 
 use super::delaunay::GridPoint;
 use super::steps::Steps;
@@ -6,22 +6,22 @@ use super::steps::Steps;
 /// The vertex that is furthest from a triangle, in steps above or below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worst {
-    /// The distance times [`doubled_area`](super::delaunay::doubled_area): a whole number.
+    /// Distance in steps times [`doubled_area`](super::delaunay::doubled_area): a whole number.
     pub scaled: f64,
-    /// Twice the triangle's area.
+    /// Twice the area of the triangle.
     pub doubled_area: f64,
-    /// The vertex's place in the steps' values; without meaning where the distance is zero.
+    /// Index of the vertex in the steps' values; meaningless if the distance is zero.
     pub index: u32,
 }
 
 impl Worst {
-    /// The worst of a triangle's vertices if none is beyond `bound` steps, or else one that is: in a triangle of many
-    /// rows the worst of some of them.
+    /// Finds a vertex of a triangle that is further away than `bound` steps, or else the furthest of all. In a triangle
+    /// of many rows, the vertex found is the furthest in some of the rows only.
     ///
-    /// Large triangles are looked at most and far off nearly everywhere: nearly any vertex mends them as well as the
-    /// worst. Looking at all of each takes up to twice as long and saves no triangles.
+    /// Large triangles are looked at most often, and are too far away nearly everywhere: nearly any vertex improves
+    /// them as much as the furthest. Looking at all rows of each takes up to twice as long and saves no triangles.
     pub fn beyond(steps: &Steps, corners: [GridPoint; 3], bound: f64) -> Worst {
-        // Sixteen rows or more are looked at in any case: what is far off nearly everywhere shows in these.
+        // Look at sixteen rows at least: enough to notice a triangle that is too far away nearly everywhere.
         const ENOUGH_ROWS: i32 = 16;
         let [a, b, c] = corners.map(|corner| corner.y);
         let stride = (a.max(b).max(c) - a.min(b).min(c)) / ENOUGH_ROWS;
@@ -34,22 +34,23 @@ impl Worst {
         Worst::of(steps, corners, 1)
     }
 
-    /// Whether the distance is more than `bound` steps. Exact: a whole number and one that is not differ by at least
-    /// 2^-24 of a step, and both are below 2^29.
+    /// True if the distance is more than `bound` steps. Exact: a whole number and a fraction differ by at least 2^-24
+    /// of a step, and both are below 2^29.
     pub fn is_beyond(&self, bound: f64) -> bool {
         self.scaled / self.doubled_area > bound
     }
 
-    /// The worst of the vertices in a triangle, the first of equals row by row; of its edges only those belong to it that
-    /// are not its northern or eastern ones, so that each vertex belongs to one triangle.
+    /// Finds the furthest of the vertices in a triangle; of equal ones, the first row by row. Northern and eastern
+    /// edges do not belong to a triangle, so each vertex belongs to one triangle.
     ///
-    /// Only every `stride`-th row is looked at. Vertices on the tile's border are within the bound anyway, by their chain.
+    /// Only every `stride`-th row is looked at. Vertices on the tile's border are within the bound anyway, by their
+    /// chain.
     ///
-    /// The numerator is a whole number below 2^53 in `f64`, which is exact: 2^24 for the area times 2^29 for the
+    /// The numerator is a whole number below 2^53, which is exact in `f64`: 2^24 for the area times 2^29 for the
     /// difference of two heights.
     fn of(steps: &Steps, corners: [GridPoint; 3], stride: i32) -> Worst {
         let [mut a, mut b, mut c] = corners;
-        // From north to south.
+        // Sort the corners from north to south.
         if b.y < a.y {
             (a, b) = (b, a);
         }
@@ -71,11 +72,11 @@ impl Worst {
         }
         let origin = area * a.z as i64 - east * a.x as i64 - south * a.y as i64;
         let mut worst = Worst { scaled: 0.0, doubled_area: area as f64, index: 0 };
-        // The long edge runs past all rows, the other two follow each other on its other side.
+        // The long edge spans all rows; the two short edges follow each other on its other side.
         let mut long = ScanLine::new(a, c);
         for (from, to) in [(a, b), (b, c)] {
             let mut short = ScanLine::new(from, to);
-            // Without its northern row, which belongs to the triangle above.
+            // Skip the northern row: it belongs to the triangle above.
             for y in from.y + 1..=to.y {
                 let (x0, x1) = match b_is_east {
                     true => (long.next(), short.next()),
@@ -92,10 +93,10 @@ impl Worst {
         worst
     }
 
-    /// Takes in a row of vertices, whose plane starts at `first` and rises by `east` from vertex to vertex.
+    /// Compares a row of vertices with the triangle's plane, which starts at `first` and rises by `east` per vertex.
     #[inline(always)]
     fn look(&mut self, row: &[i32], start: usize, first: f64, east: f64) {
-        // In floats that hold whole numbers: exact, and vectors multiply them, which few CPUs can do with 64-bit integers.
+        // Floats that hold whole numbers are exact, and SIMD multiplies them; few CPUs have that for 64-bit integers.
         let distance = |offset: usize, z: i32| (self.doubled_area * z as f64 - (first + east * offset as f64)).abs();
         for (offset, z) in row.iter().enumerate() {
             let scaled = distance(offset, *z);
@@ -107,7 +108,7 @@ impl Worst {
     }
 }
 
-/// The columns where a line from north to south crosses the rows, rounded up.
+/// The columns at which a line from north to south crosses the rows, rounded up: Bresenham's line.
 struct ScanLine {
     x: i32,
     whole: i32,
@@ -117,18 +118,18 @@ struct ScanLine {
 }
 
 impl ScanLine {
-    /// The line between two vertices, standing at the northern one. Level lines cross nothing.
+    /// Creates the line between two vertices, starting at the northern one. A level line crosses no rows.
     fn new(from: GridPoint, to: GridPoint) -> ScanLine {
         let rows = (to.y - from.y).max(1);
         let columns = to.x - from.x;
         ScanLine { x: from.x, whole: columns.div_euclid(rows), part: columns.rem_euclid(rows), sum: rows - 1, rows }
     }
 
-    /// The first column at or east of the line, one row further south.
+    /// Moves one row south and returns the first column at or east of the line.
     #[inline(always)]
     fn next(&mut self) -> i32 {
         self.x += self.whole;
-        // Bresenham's way: the fraction is counted in rows, so nothing is rounded.
+        // Like Bresenham, count the fraction in parts of a column, one per row of the line, so nothing is rounded.
         self.sum += self.part;
         if self.sum >= self.rows {
             self.sum -= self.rows;

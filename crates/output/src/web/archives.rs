@@ -10,7 +10,7 @@ use crate::web::meta::{Described, Meta};
 use crate::web::pmtiles::PmTiles;
 use crate::web::{Choice, EXPORT, Plan};
 
-/// The archives of a set.
+/// The archives of a set that are asked for.
 pub(super) struct Archives {
     stem: String,
     mbtiles: Option<MbTiles>,
@@ -18,7 +18,7 @@ pub(super) struct Archives {
 }
 
 impl Archives {
-    /// Begins those that are asked for.
+    /// Creates the archives that are asked for.
     pub fn create(folder: &Path, plan: &Plan, meta: &Meta, choice: Choice, set: &Set) -> Result<Archives, Error> {
         let stem = format!("{}{}", set.layer, set.mark());
         let about = |further: u8| Described::new(plan, meta, set.title, set.scale, further);
@@ -29,7 +29,7 @@ impl Archives {
         Ok(Archives { stem, mbtiles, pmtiles })
     }
 
-    /// Adds a picture to them.
+    /// Adds a picture to the archives.
     pub fn add(&mut self, picture: &Picture) -> Result<(), Error> {
         let Picture { place, bytes, hash, quarters, .. } = picture;
         if let Some(mbtiles) = &mut self.mbtiles {
@@ -44,7 +44,7 @@ impl Archives {
         Ok(())
     }
 
-    /// Ends them, and adds their records to those of the map.
+    /// Finishes the archives, and adds their records to those of the map.
     pub fn finish(self, files: &mut Vec<FileRecord>) -> Result<(), Error> {
         let mut push = |ending: &str, finished: Finished| {
             files.push(FileRecord::new(format!("{}.{ending}", self.stem), EXPORT, finished));

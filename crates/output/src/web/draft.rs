@@ -1,4 +1,4 @@
-//! The drawing of a map: blocks of pixels from the functions of the caller, cut into tiles.
+//! The drawing of a map: the caller's functions draw blocks of pixels, which are cut into tiles.
 
 use std::path::Path;
 
@@ -12,11 +12,12 @@ use crate::web::folder;
 use crate::web::pyramid::{Block, Plan, TILE_PX, TilePlace};
 use crate::web::{Choice, Content, Heights, Layer, Paint, View};
 
-/// The layers that are made of heights: as colours, and as scripts for the page.
+/// Names of the layers made from heights: as colours, and as scripts for the page.
 pub(super) const TERRAIN: &str = "terrain";
 pub(super) const HEIGHTS: &str = "heights";
 
-/// Pixels between two heights that the page reads. At each it would take as much as the pictures, for no metre that shows.
+/// Pixels between two heights that the page reads. Heights at every pixel would take as many bytes as the pictures, but
+/// the page would show no more metres by them.
 pub const HEIGHT_SPACING_PX: usize = 2;
 
 /// Pictures that belong together: one layer at one scale.
@@ -27,22 +28,22 @@ pub(super) struct Set<'a> {
     source: Source<'a>,
 }
 
-/// Where the pixels of a set come from.
+/// The source of the pixels of a set.
 #[derive(Clone, Copy)]
 enum Source<'a> {
     Paint(Paint<'a>),
-    /// The next set, which has twice the pixels a side.
+    /// Pictures of the next set, which has twice the pixels per side, halved.
     Dense(Paint<'a>),
     Heights,
 }
 
-/// A picture on its way to the archives.
+/// A picture for the archives.
 pub(super) struct Picture {
     pub set: usize,
     pub place: TilePlace,
     pub bytes: Vec<u8>,
     pub hash: blake3::Hash,
-    /// The four tiles of the next zoom that a dense picture is cut into for MBTiles.
+    /// The four tiles of the next zoom level into which a dense picture is cut for MBTiles.
     pub quarters: Option<[Quarter; 4]>,
 }
 
@@ -53,14 +54,14 @@ pub(super) struct Quarter {
     pub hash: blake3::Hash,
 }
 
-/// What a block has become.
+/// The result of drawing a block.
 pub(super) struct Drawn {
     pub pictures: Vec<Picture>,
-    /// The lines of its files in the list.
+    /// Lines of the block's files in the list.
     pub listing: String,
 }
 
-/// All sets of pictures, those of the layers first.
+/// Returns all sets of pictures, those of the layers first.
 pub(super) fn sets<'a>(choice: Choice, content: &Content<'a>) -> Vec<Set<'a>> {
     let mut sets = Vec::new();
     for Layer { name, title, paint } in content.layers {
@@ -82,18 +83,18 @@ pub(super) fn sets<'a>(choice: Choice, content: &Content<'a>) -> Vec<Set<'a>> {
 }
 
 impl Set<'_> {
-    /// What follows a tile's number, and the layer's name in those of archives.
+    /// Mark of the scale: it follows a tile's number in the names of files, and the layer's name in those of archives.
     pub fn mark(&self) -> &'static str {
         if self.scale == 1 { "" } else { "@2x" }
     }
 
-    /// Zoom levels from a tile to those of the usual size that it is cut into.
+    /// Zoom levels from a tile to the tiles of usual size into which it is cut.
     pub fn further(&self) -> u8 {
         u8::from(self.scale > 1)
     }
 }
 
-/// What all blocks are drawn with.
+/// Everything needed to draw blocks.
 pub(super) struct Draft<'a> {
     pub folder: &'a Path,
     pub plan: &'a Plan,
@@ -103,7 +104,7 @@ pub(super) struct Draft<'a> {
 }
 
 impl Draft<'_> {
-    /// Draws blocks in parallel and writes the files of their tiles; returns what each is, in its order.
+    /// Draws blocks in parallel and writes the files of their tiles. Returns the results in the order of the blocks.
     pub fn draw(&self, blocks: &[Block]) -> Result<Vec<Drawn>, Error> {
         blocks.par_iter().map(|block| self.draw_block(block)).collect()
     }
@@ -152,7 +153,7 @@ impl Draft<'_> {
         Ok(Drawn { pictures, listing })
     }
 
-    /// Cuts a dense tile into four of the next zoom.
+    /// Cuts a dense tile into four tiles of the next zoom level.
     fn quarters(&self, place: TilePlace, tile: &[u8], side: usize) -> [Quarter; 4] {
         let half = side / 2;
         place.quarters().map(|quarter| {
@@ -166,7 +167,8 @@ impl Draft<'_> {
         View::new(self.plan, block.zoom, block.places, scale)
     }
 
-    /// The heights of a block, with a pixel more in the east and south: the page has those that it is between.
+    /// Returns the heights of a block, with one more pixel in the east and south, so that the page can interpolate up
+    /// to the edge.
     fn heights(&self, block: &Block, heights: Heights) -> Result<BlockHeights, Error> {
         let mut view = self.view(block, 1);
         view.pixels.x1 += 1;
@@ -177,20 +179,21 @@ impl Draft<'_> {
     }
 }
 
-/// The heights of a block's pixels and of those beside it in the east and south.
+/// The heights of a block's pixels, and of one more pixel in the east and south.
 struct BlockHeights {
     width: usize,
     heights_m: Vec<f32>,
 }
 
 impl BlockHeights {
-    /// As terrain-RGB, without those beside the block.
+    /// Returns the heights of the block as terrain-RGB, without the additional pixels.
     fn colours(&self, pixels: Area) -> Vec<u8> {
         let rows = self.heights_m.chunks(self.width).take(pixels.height());
         rows.flat_map(|row| row[..pixels.width()].iter().flat_map(|height_m| terrain_rgb(*height_m))).collect()
     }
 
-    /// Writes a script for each tile, and returns their lines of the list, with the heights of every second pixel and of those where the next tile begins.
+    /// Writes a script for each tile, with the heights of every second pixel and those at the beginning of the next
+    /// tile. Returns the lines of the scripts in the list.
     fn write(&self, folder: &Path, block: &Block) -> Result<String, Error> {
         let side = TILE_PX as usize;
         let mut listing = String::new();
@@ -210,14 +213,14 @@ impl BlockHeights {
     }
 }
 
-/// Where a tile begins in the picture of its block.
+/// Returns the pixel at which a tile begins in the picture of its block.
 fn corner(block: &Block, place: TilePlace, side: usize) -> (usize, usize) {
     let tiles = |at: u32, first: i64| (i64::from(at) - first) as usize;
     (tiles(place.x, block.places.x0) * side, tiles(place.y, block.places.y0) * side)
 }
 
-/// A picture with half the pixels a side: each the mean of four. Lines and letters are as sharp as if they had been drawn so,
-/// for less than half the work.
+/// Halves the pixels per side of a picture: each pixel is the mean of four. Lines and letters are as sharp as if they
+/// had been drawn at that size, with less than half of the work.
 fn halved(rgb: &[u8], width: usize) -> Vec<u8> {
     let mut half = Vec::with_capacity(rgb.len() / 4);
     for rows in rgb.chunks_exact(2 * 3 * width) {
@@ -232,7 +235,7 @@ fn halved(rgb: &[u8], width: usize) -> Vec<u8> {
     half
 }
 
-/// A square of a picture that is `width` pixels wide, from its north-western pixel.
+/// Cuts a square out of a picture that is `width` pixels wide, from its north-western pixel on.
 fn cut(rgb: &[u8], width: usize, (x, y): (usize, usize), side: usize) -> Vec<u8> {
     let row = |row: usize| &rgb[3 * ((y + row) * width + x)..][..3 * side];
     (0..side).flat_map(row).copied().collect()

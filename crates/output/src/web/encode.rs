@@ -1,4 +1,4 @@
-//! What tiles are on disk: pictures, heights as colours, heights as a script.
+//! The encodings of tiles: pictures, heights as colours, heights as a script.
 
 use std::io::Write;
 
@@ -8,17 +8,17 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use image_webp::{ColorType, WebPEncoder};
 
-/// How the pictures of tiles are written; both lose nothing.
+/// Image format of the pictures of tiles; both formats are lossless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// WebP, the smaller.
+    /// WebP, which makes smaller files.
     WebP,
-    /// PNG, which everything reads.
+    /// PNG, which every program reads.
     Png,
 }
 
 impl Encoding {
-    /// The ending of a file's name, and the name that MBTiles knows the format by.
+    /// Extension of a file's name, which is also the name of the format in MBTiles.
     pub fn ending(self) -> &'static str {
         match self {
             Encoding::WebP => "webp",
@@ -26,7 +26,7 @@ impl Encoding {
         }
     }
 
-    /// A square picture from its pixels: RGB, rows from the north.
+    /// Encodes a square picture from its pixels: RGB, rows from the north.
     pub fn encode(self, side: u32, rgb: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
         match self {
@@ -49,35 +49,37 @@ fn png(bytes: &mut Vec<u8>, side: u32, rgb: &[u8]) -> Result<(), png::EncodingEr
     writer.finish()
 }
 
-/// Metres that terrain-RGB begins at, and its step.
+/// Height in metres at which terrain-RGB begins, and its steps per metre.
 const LOWEST_M: f64 = -10_000.0;
 const STEPS_A_METRE: f64 = 10.0;
 
-/// A height as the colour that Mapbox's terrain-RGB gives it, to a tenth of a metre.
+/// Returns the colour of a height in Mapbox's terrain-RGB, to a tenth of a metre.
 ///
-/// Heights from -10,000 m to 1,667,721.5 m can be told; others become the nearest of these, and NaN the lowest.
+/// Heights range from -10,000 m to 1,667,721.5 m; others become the nearest of these, and NaN the lowest.
 ///
 /// Based on: Mapbox, "Access elevation data": `height = -10000 + (R * 65536 + G * 256 + B) * 0.1`.
 pub fn terrain_rgb(height_m: f32) -> [u8; 3] {
-    // As integers in f64, which has a tenth of no metre but all of their multiples that an f32 can tell.
+    // Count tenths as whole numbers in f64: a tenth has no exact float, but all multiples that an f32 can tell apart
+    // are counted.
     let steps = ((height_m as f64 - LOWEST_M) * STEPS_A_METRE).round().clamp(0.0, 16_777_215.0);
     let [_, red, green, blue] = (steps as u32).to_be_bytes();
     [red, green, blue]
 }
 
-/// The height in metres that a colour of terrain-RGB means.
+/// Returns the height in metres that a colour of terrain-RGB stands for.
 pub fn terrain_height_m([red, green, blue]: [u8; 3]) -> f64 {
     LOWEST_M + f64::from(u32::from_be_bytes([0, red, green, blue])) / STEPS_A_METRE
 }
 
-/// Metres of a step of the heights that the page reads, which shows whole metres.
+/// Height step in metres of the heights that the page reads. The page shows whole metres.
 pub const HEIGHT_STEP_M: f32 = 0.5;
 
-/// Heights as text for a script: steps, as differences to the western neighbour, packed and in base64.
+/// Encodes heights as text for a script: height steps as differences from the western neighbour, compressed, in base64.
 ///
-/// Of a row's first the neighbour is that of the row before, and of all the first, zero. A difference is a zigzag number
-/// of seven bits a byte, lowest first; all are compressed with zlib. A page that was opened from the disk may run
-/// scripts beside it, and may not read the pixels of pictures beside it: so heights come to it as scripts.
+/// The first height of a row is a difference from the first of the row before, and the very first from zero. A
+/// difference is a zigzag number with seven bits per byte, lowest first; all bytes are compressed with zlib. Heights
+/// come to the page as scripts, because a page opened from the disk may run scripts beside it but may not read the
+/// pixels of pictures beside it.
 pub fn height_text(heights_m: &[f32], width: usize) -> String {
     let mut numbers = Vec::with_capacity(2 * heights_m.len());
     let mut first = 0;
@@ -116,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_colour_is_a_height_to_a_tenth_of_a_metre() {
-        // Mapbox's own examples: the sea is 1 134 160, and nothing the lowest.
+        // Mapbox's own examples: sea level is (1, 134, 160), and the lowest height is (0, 0, 0).
         assert_eq!((terrain_rgb(0.0), terrain_rgb(-10_000.0)), ([1, 134, 160], [0, 0, 0]));
         for tenth in -100_000..100_000 {
             let height_m = tenth as f32 / 10.0;

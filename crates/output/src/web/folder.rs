@@ -1,4 +1,5 @@
-//! A folder of tiles: a file each, `{layer}/{zoom}/{x}/{y}`, and a list of all with their hashes, as `b3sum` reads it.
+//! A folder of tiles: a file per tile, `{layer}/{zoom}/{x}/{y}`, and a list of all with their hashes, as `b3sum` reads
+//! it.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +11,7 @@ use crate::web::pyramid::TilePlace;
 /// The list of the files of tiles.
 pub(crate) const LISTING: &str = "tiles.b3";
 
-/// Writes a tile's file, and returns its line of the list; `ending` is what follows its row.
+/// Writes a tile's file and returns its line of the list. `ending` follows the tile's row in the name of the file.
 pub(super) fn write_tile(
     folder: &Path,
     layer: &str,
@@ -25,7 +26,7 @@ pub(super) fn write_tile(
     Ok(format!("{}  {column}/{name}\n", finished.blake3))
 }
 
-/// Removes what a killed run has left of a layer's files; there may be none.
+/// Removes unfinished files of a killed run from a layer's folder, if it exists.
 pub(super) fn clean(folder: &Path) -> Result<(), Error> {
     remove_unfinished(folder)?;
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };

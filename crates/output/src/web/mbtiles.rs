@@ -1,8 +1,9 @@
 //! An MBTiles archive: all tiles of a set in one SQLite database, as desktop programs and tile servers read it.
 //!
 //! Based on: Mapbox, MBTiles 1.3. Rows are counted from the south. Equal tiles are stored once: `tiles` is a view of
-//! places and pictures, as the specification proposes. All tiles have 256 pixels a side, since GDAL before its version 3.10 and
-//! many others take no other size: dense tiles are cut into four of the next zoom level.
+//! places and pictures, as the specification proposes. All tiles have 256 pixels per side, because GDAL before its
+//! version 3.10 and many other programs accept no other size. Dense tiles are cut into four tiles of the next zoom
+//! level.
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +15,10 @@ use crate::registry::unjournaled;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;
 
-/// `MPBX` in the header of the database, by which `file` and GDAL know MBTiles.
+/// The application id `MPBX` in the database's header, by which `file` and GDAL recognise MBTiles.
 const APPLICATION_ID: i32 = i32::from_be_bytes(*b"MPBX");
 
-/// Bytes of a picture's hash that tell it from all others.
+/// Bytes of a picture's hash that are enough to tell it from all others.
 const ID_BYTES: usize = 16;
 
 const SCHEMA: &str = "
@@ -37,23 +38,23 @@ const SCHEMA: &str = "
         FROM map JOIN images ON images.tile_id = map.tile_id;
 ";
 
-/// An archive under way.
+/// An archive that is being written.
 pub(super) struct MbTiles {
     path: PathBuf,
-    /// Before the file, so that it is closed when an abandoned one is removed.
+    /// Declared before the file, so that the database is closed before an abandoned file is removed.
     connection: Connection,
     file: PartFile,
 }
 
 impl MbTiles {
-    /// Begins the archive that will be at `path`.
+    /// Creates the archive that will be at `path`.
     pub fn create(path: PathBuf, format: &str, about: &Described) -> Result<MbTiles, Error> {
         let mut file = PartFile::create(path.clone())?;
         let connection = open(file.lend(), format, about).map_err(sqlite_error(&path))?;
         Ok(MbTiles { path, connection, file })
     }
 
-    /// Adds a tile whose bytes have this hash.
+    /// Adds a tile. `hash` is the hash of its bytes.
     pub fn add(&mut self, place: TilePlace, hash: &blake3::Hash, bytes: &[u8]) -> Result<(), Error> {
         let add = || {
             let id = &hash.as_bytes()[..ID_BYTES];
@@ -78,7 +79,7 @@ fn open(at: &Path, format: &str, about: &Described) -> rusqlite::Result<Connecti
     let connection = database::open(at)?;
     unjournaled(&connection)?;
     connection.pragma_update(None, "application_id", APPLICATION_ID)?;
-    // One transaction for all: each statement alone would be one of its own.
+    // Use one transaction for all; otherwise each statement would be a transaction of its own.
     connection.execute_batch("BEGIN")?;
     connection.execute_batch(SCHEMA)?;
     let list = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",");

@@ -1,19 +1,19 @@
-//! Web Mercator, EPSG:3857: the plane in which web maps and GIS have the Earth.
+//! Web Mercator, EPSG:3857: the plane in which web maps and GIS draw the Earth.
 //!
-//! A world's metres east and north of its origin are taken for the metres of this plane: so its origin lies where the equator
-//! meets Greenwich, and tiles, longitudes and latitudes of one world lie on each other in every reader. Near the equator a metre
-//! of the plane is one of the Earth; further north and south readers take it for less, since there the plane is stretched: 1,000 km
-//! from the origin by 1.2 %.
+//! Metres east and north of a world's origin are taken as metres in this plane. So the world's origin lies where the
+//! equator meets Greenwich, and tiles, longitudes and latitudes of one world agree in every reader. Near the equator a
+//! metre of the plane is a metre on the Earth. Further north and south the plane is stretched, and readers take its
+//! metre for less: by 1.2 % at 1,000 km from the origin.
 
 use std::f64::consts::PI;
 
-/// Metres from the Earth's middle to its equator, as web maps have it.
+/// Radius of the Earth at the equator in metres, as web maps define it.
 const EQUATOR_M: f64 = 6_378_137.0;
 
-/// Metres on a side of the square that the plane is. The Earth's origin lies in its middle.
+/// Side length in metres of the square that the plane is. The Earth's origin lies at its centre.
 pub const SIDE_M: f64 = 2.0 * PI * EQUATOR_M;
 
-/// Longitude and latitude of a place in metres east and north.
+/// Returns the longitude and latitude of a place in metres east and north.
 pub fn degrees([east_m, north_m]: [f64; 2]) -> [f64; 2] {
     let latitude = libm::atan(libm::sinh(north_m / EQUATOR_M));
     [east_m / EQUATOR_M, latitude].map(f64::to_degrees)
@@ -25,7 +25,7 @@ mod tests {
 
     #[test]
     fn degrees_are_those_of_epsg_3857() {
-        // By PROJ 9: cs2cs EPSG:3857 EPSG:4326.
+        // Expected values from PROJ 9: cs2cs EPSG:3857 EPSG:4326.
         let near = |[east_m, north_m]: [f64; 2], [longitude, latitude]: [f64; 2]| {
             let found = degrees([east_m, north_m]);
             assert!((found[0] - longitude).abs() < 1e-9 && (found[1] - latitude).abs() < 1e-9, "{found:?}");

@@ -1,4 +1,4 @@
-//! What a web map says of itself, in each of its files.
+//! The metadata of a web map, which each of its files holds.
 
 use std::ops::RangeInclusive;
 
@@ -6,21 +6,21 @@ use serde_json::{Value, json};
 
 use crate::web::pyramid::{Bounds, Plan, TILE_PX};
 
-/// What a map is called, and where it comes from.
+/// Name and origin of a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Meta {
-    /// The map's name, shown above it.
+    /// Name of the map, shown above it.
     pub name: String,
-    /// A sentence about it, such as its preset, seed and place.
+    /// A sentence about the map, such as its preset, seed and place.
     pub description: String,
-    /// The version of what made it.
+    /// Version of the program that made the map.
     pub version: String,
 }
 
-/// Zooms from the coarsest to that which is shown first: the bounds have 512 to 1024 pixels there.
+/// Zoom levels from the coarsest to the one shown first, in which the bounds have 512 to 1024 pixels.
 const FIRST_ZOOM: u8 = 2;
 
-/// What an archive of tiles says of itself.
+/// The metadata of an archive of tiles.
 pub(super) struct Described {
     pub name: String,
     pub description: String,
@@ -28,13 +28,13 @@ pub(super) struct Described {
     pub zooms: RangeInclusive<u8>,
     /// West, south, east and north.
     pub degrees: [f64; 4],
-    /// Where the tiles are in the world.
+    /// Position of the tiles in the world.
     ground: Value,
 }
 
 impl Described {
-    /// The description of the archive `title` with `scale` pixels to one of the plan, whose tiles are cut into those of `further`
-    /// zoom levels further.
+    /// Describes the archive `title`. It has `scale` pixels per pixel of the plan, and its tiles are cut into those of
+    /// `further` zoom levels below.
     pub fn new(plan: &Plan, meta: &Meta, title: &str, scale: u32, further: u8) -> Described {
         Described {
             name: format!("{} ({title})", meta.name),
@@ -46,14 +46,14 @@ impl Described {
         }
     }
 
-    /// Longitude, latitude and zoom that are shown first.
+    /// Longitude, latitude and zoom of the first view.
     pub fn center(&self) -> (f64, f64, u8) {
         let [west, south, east, north] = self.degrees;
         let zoom = (self.zooms.start() + FIRST_ZOOM).min(*self.zooms.end());
         (f64::midpoint(west, east), f64::midpoint(south, north), zoom)
     }
 
-    /// What archives hold besides tiles, as an object.
+    /// Returns the metadata of an archive as a JSON object.
     pub fn json(&self) -> Value {
         json!({
             "name": self.name,
@@ -65,7 +65,8 @@ impl Described {
     }
 }
 
-/// Where the tiles are in the world: metres of the bounds, of the square's corner and of a pixel of the finest zoom.
+/// Returns the position of the tiles in the world: metres of the bounds, of the square's corner and of a pixel of the
+/// finest zoom.
 pub(super) fn ground(plan: &Plan, scale: u32, further: u8) -> Value {
     let Bounds { west_m, south_m, east_m, north_m } = plan.bounds();
     json!({

@@ -1,17 +1,18 @@
 //! Web maps: a pyramid of tiles, packed for the web and the desktop, and a page that shows it without any network.
 //!
 //! ```text
-//!   mercator.rs   the plane of web maps, in which the metres of a world are: degrees
-//!   pyramid.rs    bounds, metres of a cell -> zoom levels, tiles, and blocks of them that are drawn at once
-//!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   what each file says of the map
+//!   mercator.rs   the plane of web maps, in which the metres of a world lie: degrees
+//!   pyramid.rs    bounds, metres of a cell -> zoom levels, tiles, and blocks of tiles that are drawn at once
+//!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   the metadata of each file
 //!   draft.rs      blocks, functions that draw -> the pictures of tiles
-//!   folder.rs     a file a tile, and a list      mbtiles.rs   a database      pmtiles.rs   an archive      archives.rs   both of a layer
-//!   page.rs, viewer.html, viewer.css, viewer.js                             the page; the explorer has the last two in common with it
+//!   folder.rs     a file per tile, and a list of the files      mbtiles.rs   a database      pmtiles.rs   an archive
+//!   archives.rs   the MBTiles and PMTiles archives of a layer
+//!   page.rs, viewer.html, viewer.css, viewer.js   the page; the explorer shares the last two
 //! ```
 //!
-//! What tiles show comes from functions of the caller, which are asked for one block after another: this module knows
-//! nothing of land. A block is a rectangle of the world's pixels, so whoever draws them needs no notion of tiles, and a
-//! tile has the same bytes in every map that holds it.
+//! The content of tiles comes from functions of the caller, which are called for one block after another: this module
+//! knows nothing of land. A block is a rectangle of the world's pixels, so the functions that draw need no notion of
+//! tiles, and a tile has the same bytes in every map that holds it.
 
 mod archives;
 mod draft;
@@ -42,29 +43,29 @@ use crate::file::{PartFile, make_folder, remove};
 use archives::Archives;
 use draft::{Draft, HEIGHTS, Picture, Set};
 
-/// What records of files call the export.
+/// Name of this export in the records of files.
 const EXPORT: &str = "web";
 
-/// Blocks that a thread has in work on average, so that one slow block does not keep the others waiting.
+/// Number of blocks in work per thread, on average. With more than one, a slow block does not keep the others waiting.
 pub(crate) const BLOCKS_A_THREAD: usize = 2;
 
-/// Pixels that are to be drawn.
+/// A rectangle of pixels to draw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Zoom level of Web Mercator.
     pub zoom: u8,
-    /// How much larger than usual symbols and text are to be drawn, in pixels: 1, or 2 for dense screens.
+    /// Factor by which symbols and text are enlarged, in pixels: 1, or 2 for dense screens.
     pub scale: u32,
-    /// Metres on a side of one of these pixels, which are half as large at scale 2.
+    /// Side length in metres of one of these pixels. At scale 2 a pixel is half as large.
     pub pixel_m: f64,
-    /// Which pixels, counted from the world's origin: pixel (x, y) reaches from `x * pixel_m` to `(x + 1) * pixel_m`
-    /// metres east and from `y * pixel_m` to `(y + 1) * pixel_m` metres south. It may reach beyond the plan's bounds by
-    /// less than a tile, where there is land as well.
+    /// The pixels to draw, counted from the world's origin: pixel (x, y) reaches from `x * pixel_m` to `(x + 1) *
+    /// pixel_m` metres east and from `y * pixel_m` to `(y + 1) * pixel_m` metres south. They may reach beyond the
+    /// plan's bounds by less than a tile; there is land as well.
     pub pixels: Area,
 }
 
 impl View {
-    /// The pixels of some tiles.
+    /// Returns the view of some tiles.
     fn new(plan: &Plan, zoom: u8, places: Area, scale: u32) -> View {
         let Area { x0, y0, x1, y1 } = plan.world_pixels(zoom, places);
         let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge * i64::from(scale));
@@ -72,78 +73,79 @@ impl View {
     }
 }
 
-/// A function that draws what a view shows: RGB, row by row from the north. Where there are dense tiles, it is asked for these
-/// alone, of which the others are made.
+/// A function that draws a view: RGB, row by row from the north. If there are dense tiles, it is called for these
+/// alone, and the others are made from them.
 pub type Paint<'a> = &'a (dyn Fn(&View) -> Result<Vec<u8>, Error> + Sync);
 
-/// A function that tells the height in metres in the middle of each pixel of a view, row by row from the north.
+/// A function that returns the height in metres at the centre of each pixel of a view, row by row from the north.
 pub type Heights<'a> = &'a (dyn Fn(&View) -> Result<Vec<f32>, Error> + Sync);
 
 /// A picture of the land that the page can show.
 #[derive(Clone, Copy)]
 pub struct Layer<'a> {
-    /// The name of its folder and of its archives.
+    /// Name of the layer's folder and of its archives.
     pub name: &'a str,
-    /// What the page calls it.
+    /// Title of the layer on the page.
     pub title: &'a str,
-    /// Draws it.
+    /// Draws the layer.
     pub paint: Paint<'a>,
 }
 
-/// Something with a name that the page finds.
+/// A named feature that the page's search finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feature<'a> {
-    /// What it is called; features without a name are left out.
+    /// Name of the feature; features without a name are left out.
     pub name: &'a str,
-    /// What it is, such as `town`.
+    /// Kind of the feature, such as `town`.
     pub kind: &'a str,
     /// Metres east of the origin.
     pub east_m: f64,
     /// Metres north of the origin.
     pub north_m: f64,
-    /// How much it matters; 0 matters most.
+    /// Rank of the feature; 0 is the most important.
     pub rank: u8,
 }
 
-/// A function that is called alone, with what many views show that are asked for next, and none beyond, at scale 1 whatever
-/// theirs.
+/// A function that prepares for the next views, and runs alone. Its view, at scale 1, covers them all and none beyond
+/// them.
 pub type Prepare<'a> = &'a (dyn Fn(&View) -> Result<(), Error> + Sync);
 
-/// What a map shows.
+/// The content of a map.
 pub struct Content<'a> {
     /// Prepares for parts of the map.
     pub prepare: Prepare<'a>,
-    /// Its pictures; the page begins with the first.
+    /// Pictures of the map; the page begins with the first.
     pub layers: &'a [Layer<'a>],
-    /// Its heights, if they are to be there.
+    /// Heights of the map, if tiles of heights are wanted.
     pub heights: Option<Heights<'a>>,
-    /// Its names.
+    /// Named features.
     pub features: &'a [Feature<'a>],
 }
 
-/// In which form a map is written.
+/// The forms in which a map is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// How pictures are written.
+    /// Image format of the pictures.
     pub encoding: Encoding,
-    /// Whether there are tiles with twice the pixels a side, for dense screens, too.
+    /// True if there are also dense tiles, with twice the pixels per side, for dense screens.
     pub dense: bool,
-    /// Whether there is a folder of tiles with a page.
+    /// True if there is a folder of tiles with a page.
     pub folder: bool,
-    /// Whether there is an MBTiles archive of each layer.
+    /// True if there is an MBTiles archive of each layer.
     pub mbtiles: bool,
-    /// Whether there is a PMTiles archive of each layer.
+    /// True if there is a PMTiles archive of each layer.
     pub pmtiles: bool,
 }
 
-/// What was written.
+/// The result of writing a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// The archives, the page with its scripts, and the list of the files of tiles; not these themselves.
+    /// The archives, the page with its scripts, and the list of the files of tiles; the files of tiles are not among
+    /// them.
     pub files: Vec<FileRecord>,
-    /// How many pictures there are.
+    /// Number of pictures.
     pub pictures: u64,
-    /// How many bytes these have.
+    /// Number of bytes of all pictures.
     pub picture_bytes: u64,
     /// The BLAKE3 hash of the hashes of all pictures in their order.
     pub digest: blake3::Hash,
@@ -151,15 +153,14 @@ pub struct Written {
 
 /// Writes a web map into a folder.
 ///
-/// Tiles are drawn in parallel, in an order that keeps neighbours together, and held for a few blocks only. All files are
-/// the same whatever the number of threads. Each appears when it is whole, and `index.html` when all are: where an older
-/// one is, it is removed first. `progress` is told of how many more of the plan's tiles are done.
+/// Tiles are drawn in parallel, in an order that keeps neighbours together, and only a few blocks are in memory at a
+/// time. All files are the same whatever the number of threads. Each file appears when it is complete, and `index.html`
+/// when all are; an older `index.html` is removed first. `progress` is called with the number of the plan's tiles that
+/// were done since the last call.
 ///
-/// # Panics
-/// When a function returns more or fewer pixels than its view has, or a layer has a name that is taken or is no name.
+/// # Panics If a function returns more or fewer pixels than its view has, or if a layer's name is taken or invalid.
 ///
-/// # Errors
-/// Those of the functions that draw, and when a file cannot be written.
+/// # Errors Errors of the functions that draw; or if a file cannot be written.
 pub fn write(
     folder: &Path,
     plan: &Plan,
@@ -208,7 +209,7 @@ pub fn write(
     Ok(Written { files, pictures, picture_bytes, digest: hasher.finalize() })
 }
 
-/// What is counted on the way.
+/// Counts of the pictures written so far, and the hash of their hashes.
 #[derive(Default)]
 struct Tally {
     hasher: blake3::Hasher,
@@ -224,7 +225,7 @@ impl Tally {
     }
 }
 
-/// The next blocks that are drawn at the same time, all of one square, if there are any.
+/// Takes the next blocks to draw at the same time, all of one square; `None` at the end.
 fn batch(blocks: &mut Peekable<impl Iterator<Item = Block>>) -> Option<Vec<Block>> {
     let mut batch = vec![blocks.next()?];
     let square = batch[0].square();
@@ -235,7 +236,7 @@ fn batch(blocks: &mut Peekable<impl Iterator<Item = Block>>) -> Option<Vec<Block
     Some(batch)
 }
 
-/// Makes the folder, and removes from it what would be taken for a whole map.
+/// Makes the folder, and removes files from it that would be mistaken for a complete map.
 fn begin(folder: &Path, sets: &[Set]) -> Result<(), Error> {
     make_folder(folder)?;
     remove(&folder.join(page::PAGE))?;

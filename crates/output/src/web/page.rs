@@ -1,7 +1,7 @@
 //! The page that shows a folder of tiles, from a web server or opened from the disk.
 //!
-//! `index.html` is the same for all maps; what it must know stands beside it in scripts, since a page from the disk may
-//! read nothing else: `map.js` and `names.js`, and the heights of each tile.
+//! `index.html` is the same for all maps. The facts about a map stand beside it in scripts, because a page opened from
+//! the disk may read nothing else: `map.js` and `names.js`, and the heights of each tile.
 
 use std::path::Path;
 
@@ -15,15 +15,15 @@ use crate::web::encode::HEIGHT_STEP_M;
 use crate::web::meta::{Meta, ground};
 use crate::web::{Choice, Content, EXPORT, Feature, Plan};
 
-/// The page, which is there only when all is that it shows.
+/// The page. It exists only when everything that it shows exists.
 pub(super) const PAGE: &str = "index.html";
 
-/// The page, its look and its program, which are put into it so that nothing can part them.
+/// The page; its style sheet and script are inserted into it, so that they cannot be separated.
 const VIEWER: &str = include_str!("viewer.html");
-/// The look, a style sheet, which the explorer has in common with it.
+/// The page's style sheet, which the explorer shares.
 pub const LOOK: &str = include_str!("viewer.css");
 const LOOK_PLACE: &str = "/* viewer.css */";
-/// The program, a script, which the explorer has in common with it.
+/// The page's script, which the explorer shares.
 pub const PROGRAM: &str = include_str!("viewer.js");
 const PROGRAM_PLACE: &str = "/* viewer.js */";
 
@@ -47,7 +47,7 @@ pub(super) fn write(
     files.into_iter().map(write).collect()
 }
 
-/// What the page must know of the map.
+/// Returns the facts about the map that the page needs.
 fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
     let layers: Vec<Value> =
         content.layers.iter().map(|layer| json!({ "name": layer.name, "title": layer.title })).collect();
@@ -64,10 +64,10 @@ fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
     })
 }
 
-/// The features, the first in rank first: name, kind, metres east and north, rank.
+/// Returns the features, sorted by rank: name, kind, metres east and north, rank.
 fn names(content: &Content) -> Value {
     let mut features: Vec<_> = content.features.iter().filter(|feature| !feature.name.is_empty()).collect();
-    // Stable: features of the same rank and name stay in their order.
+    // A stable sort: features of the same rank and name keep their order.
     features.sort_by_key(|feature| (feature.rank, feature.name));
     let row = |feature: &&Feature| {
         json!([feature.name, feature.kind, feature.east_m.round(), feature.north_m.round(), feature.rank])

@@ -1,7 +1,7 @@
 //! A PMTiles archive: all tiles of a set in one file that a browser reads in pieces from any web server.
 //!
-//! Based on: Protomaps, PMTiles version 3. Tiles come in the order of their numbers, equal ones are stored once, and the
-//! directories are compressed.
+//! Based on: Protomaps, PMTiles version 3. Tiles are stored in the order of their numbers, equal tiles are stored once,
+//! and the directories are compressed.
 
 use std::cell::RefCell;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -16,7 +16,7 @@ use crate::web::encode::Encoding;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;
 
-/// An archive under way.
+/// An archive that is being written.
 pub(super) struct PmTiles {
     path: PathBuf,
     file: Shared,
@@ -24,7 +24,7 @@ pub(super) struct PmTiles {
 }
 
 impl PmTiles {
-    /// Begins the archive that will be at `path`.
+    /// Creates the archive that will be at `path`.
     pub fn create(path: PathBuf, encoding: Encoding, about: &Described) -> Result<PmTiles, Error> {
         let file = Shared(Rc::new(RefCell::new(PartFile::create(path.clone())?)));
         let tile_type = match encoding {
@@ -45,7 +45,7 @@ impl PmTiles {
         Ok(PmTiles { path, file, writer })
     }
 
-    /// Adds a tile; they come in the order of their numbers.
+    /// Adds a tile. Tiles must come in the order of their numbers.
     pub fn add(&mut self, place: TilePlace, bytes: &[u8]) -> Result<(), Error> {
         self.writer.add_tile(place.coord(), bytes).map_err(failed(&self.path))
     }
@@ -67,7 +67,7 @@ fn failed(path: &PathBuf) -> impl FnOnce(PmtError) -> Error {
     }
 }
 
-/// A file that is also the writer's, which gives none back.
+/// A handle to a file that the writer owns as well, because the writer does not give the file back.
 #[derive(Clone)]
 struct Shared(Rc<RefCell<PartFile>>);
 

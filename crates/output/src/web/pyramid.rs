@@ -1,15 +1,16 @@
-//! The plan of a pyramid: which tiles there are at each zoom level, and which pixels of the world each holds.
+//! The plan of a pyramid: the tiles at each zoom level, and the pixels of the world that each tile holds.
 //!
-//! Tiles, their numbers and their zoom levels are those of all web maps: at zoom level z Web Mercator's square ([`SIDE_M`]) is
-//! `2^z` tiles a side, and the world's metres are the metres of its plane, with the world's origin in the middle. So a tile lies
-//! where the metres and degrees of other files of the world lie, two bakes of one world have the same tiles where they
-//! overlap, and a pixel is a number of metres that is no multiple of the metres between vertices.
+//! Tiles, their numbers and their zoom levels are those of all web maps: at zoom level z, Web Mercator's square
+//! ([`SIDE_M`]) has `2^z` tiles per side. The world's metres are the metres of its plane, with the world's origin at
+//! the centre. So a tile lies where the metres and degrees of the world's other files lie, and two bakes of one world
+//! have the same tiles where they overlap. But the size of a pixel in metres is no multiple of the metres between
+//! vertices.
 //!
-//! The finest zoom level is that whose pixels are nearest in size to the cells between vertices, and the coarsest that in which all fits
-//! into the size of a tile.
+//! The finest zoom level is the one whose pixels are nearest in size to the cells between vertices. The coarsest is the
+//! one in which everything fits into the size of a tile.
 //!
-//! A world has no end, and the Earth has one. Beyond it the square comes again and again, to the east and west, north and
-//! south: a pyramid lies in the one that holds its region, and [`Plan::corner_m`] tells which that is.
+//! A world has no end, but the Earth has one. Beyond it, the square repeats to the east, west, north and south. A
+//! pyramid lies in the square that holds its region, and [`Plan::corner_m`] tells where that square is.
 
 use std::ops::RangeInclusive;
 
@@ -19,21 +20,22 @@ use crate::area::Area;
 use crate::error::Error;
 use crate::web::mercator::{SIDE_M, degrees};
 
-/// Pixels on a side of a tile.
+/// Pixels per side of a tile.
 pub const TILE_PX: i64 = 256;
 
-/// The finest zoom level that there is, with pixels of 19 mm: MapLibre shows none beyond 24, and dense tiles count as one more where
-/// they are cut.
+/// The finest zoom level, with pixels of 19 mm. MapLibre shows none beyond 24, and dense tiles that are cut take one
+/// level more.
 pub const MAX_ZOOM: u8 = 23;
 
-/// Tiles on a side of a block, as a power of two: 1024 pixels, so that what is read around a picture weighs little.
+/// Tiles per side of a block, as a power of two: 1024 pixels, so that the surroundings that must be read are small
+/// compared to the picture.
 const BLOCK_BITS: u8 = 2;
 
-/// Tiles on a side of a square of blocks, as a power of two: 8192 pixels, so that what is known of all that lies around a
-/// square weighs little beside it.
+/// Tiles per side of a square of blocks, as a power of two: 8192 pixels, so that the surroundings that must be known
+/// are small compared to the square.
 const SQUARE_BITS: u8 = 5;
 
-/// No pixel is further from the origin, so that metres, as `f64`, tell pixels apart.
+/// Largest distance of a pixel from the origin, in pixels, so that metres as `f64` tell pixels apart.
 const MAX_PIXEL: f64 = (1_u64 << 50) as f64;
 
 /// A rectangle of the world in metres, east and north of its origin.
@@ -49,15 +51,15 @@ pub struct Bounds {
     pub north_m: f64,
 }
 
-/// Which tiles a web map has.
+/// The tiles of a web map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     bounds: Bounds,
     min_zoom: u8,
     max_zoom: u8,
-    /// Which of the squares east and south of that in whose middle the world's origin lies.
+    /// Number of the repeated square, east and south of the one whose centre is the world's origin.
     square: [i64; 2],
-    /// The bounds in pixels of the finest zoom, rounded outwards, counted from the square's north-western corner.
+    /// Bounds in pixels of the finest zoom, rounded outwards and counted from the square's north-western corner.
     pixels: Area,
 }
 
@@ -73,17 +75,17 @@ pub struct TilePlace {
 }
 
 impl TilePlace {
-    /// The same place as PMTiles has it.
+    /// Returns the place as PMTiles has it.
     pub(super) fn coord(self) -> TileCoord {
         TileCoord::new(self.zoom, self.x, self.y).expect("a plan's tiles lie in its square")
     }
 
-    /// The place's number along the Hilbert curves of all zoom levels.
+    /// Number of the place along the Hilbert curves of all zoom levels.
     fn id(self) -> u64 {
         TileId::from(self.coord()).value()
     }
 
-    /// The four tiles of the next zoom that cover this one, along the curve.
+    /// Returns the four tiles of the next zoom level that cover this tile, in the order of the curve.
     pub(super) fn quarters(self) -> [TilePlace; 4] {
         let quarter = |x, y| TilePlace { zoom: self.zoom + 1, x: 2 * self.x + x, y: 2 * self.y + y };
         let mut quarters = [quarter(0, 0), quarter(1, 0), quarter(0, 1), quarter(1, 1)];
@@ -92,22 +94,22 @@ impl TilePlace {
     }
 }
 
-/// Tiles that are drawn as one picture: a square of them, cut to those that there are.
+/// Tiles that are drawn as one picture: a square of tiles, clipped to those that exist.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// Their zoom level.
+    /// Zoom level of the tiles.
     pub zoom: u8,
-    /// Columns and rows in the archive.
+    /// Columns and rows of the tiles in the archive.
     pub places: Area,
 }
 
 impl Block {
-    /// The square that it lies in, by its column and row.
+    /// Column and row of the square in which the block lies.
     pub(super) fn square(&self) -> [i64; 2] {
         [self.places.x0, self.places.y0].map(|at| at >> SQUARE_BITS)
     }
 
-    /// The tiles in the order of their numbers.
+    /// Returns the tiles in the order of their numbers.
     pub fn tiles(&self) -> Vec<TilePlace> {
         let place = |(x, y)| TilePlace { zoom: self.zoom, x: x as u32, y: y as u32 };
         let mut tiles: Vec<TilePlace> = self.places.vertices().map(place).collect();
@@ -117,11 +119,10 @@ impl Block {
 }
 
 impl Plan {
-    /// The plan of a pyramid that covers `bounds`, whose finest pixels are about `cell_m` metres: between 0.7 and 1.4 times as
-    /// many, where there is such a zoom level.
+    /// Plans a pyramid that covers `bounds`. Its finest pixels are about `cell_m` metres wide: between 0.7 and 1.4
+    /// times as much, where there is such a zoom level.
     ///
-    /// # Errors
-    /// When the bounds are empty, beyond what `f64` can tell apart, or across the edge of two squares.
+    /// # Errors If the bounds are empty, beyond what `f64` can tell apart, or across the edge of two squares.
     pub fn new(bounds: Bounds, cell_m: f64) -> Result<Plan, Error> {
         let refused = |message: String, hint: &str| Error::Option { message, hint: hint.into() };
         if !(cell_m.is_finite() && cell_m > 0.0) {
@@ -164,22 +165,22 @@ impl Plan {
         Ok(Plan { bounds, min_zoom, max_zoom, square, pixels })
     }
 
-    /// What the map shows; its tiles reach up to a tile further.
+    /// Bounds of the map; its tiles reach further by less than a tile.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// The coarsest zoom, in which the bounds are 256 pixels at most.
+    /// The coarsest zoom level, in which the bounds have 256 pixels at most.
     pub fn min_zoom(&self) -> u8 {
         self.min_zoom
     }
 
-    /// The finest zoom.
+    /// The finest zoom level.
     pub fn max_zoom(&self) -> u8 {
         self.max_zoom
     }
 
-    /// All zooms, the coarsest first.
+    /// All zoom levels, the coarsest first.
     pub fn zooms(&self) -> RangeInclusive<u8> {
         self.min_zoom..=self.max_zoom
     }
@@ -190,19 +191,17 @@ impl Plan {
         [east, -south]
     }
 
-    /// Metres on a side of a pixel.
+    /// Side length of a pixel in metres.
     ///
-    /// # Panics
-    /// When there is no such zoom.
+    /// # Panics If there is no such zoom level.
     pub fn pixel_m(&self, zoom: u8) -> f64 {
         assert!(zoom <= self.max_zoom, "zoom {zoom} of {}", self.max_zoom);
         pixel_m(zoom)
     }
 
-    /// The columns and rows of the tiles of a zoom.
+    /// Returns the columns and rows of the tiles of a zoom level.
     ///
-    /// # Panics
-    /// When there is no such zoom.
+    /// # Panics If there is no such zoom level.
     pub fn places(&self, zoom: u8) -> Area {
         assert!(zoom <= self.max_zoom, "zoom {zoom} of {}", self.max_zoom);
         let side = TILE_PX << (self.max_zoom - zoom);
@@ -212,19 +211,19 @@ impl Plan {
         Area { x0, y0, x1, y1 }
     }
 
-    /// The columns and rows of the tiles of a square of blocks.
+    /// Returns the columns and rows of the tiles of a square of blocks.
     pub(super) fn square(&self, zoom: u8, [x, y]: [i64; 2]) -> Area {
         let side = 1 << SQUARE_BITS;
         let all = Area::new(x * side, y * side, side as usize, side as usize);
         self.places(zoom).common(&all).expect("a square has a block")
     }
 
-    /// How many tiles there are, of all zoom levels.
+    /// Number of tiles, at all zoom levels.
     pub fn tiles(&self) -> u64 {
         self.zooms().map(|zoom| self.places(zoom).len() as u64).sum()
     }
 
-    /// The pixels of some tiles of a zoom, counted from the world's origin.
+    /// Returns the pixels of some tiles of a zoom level, counted from the world's origin.
     pub fn world_pixels(&self, zoom: u8, places: Area) -> Area {
         let side = TILE_PX << zoom;
         let [left, top] = self.square.map(|square| square * side - side / 2);
@@ -232,9 +231,10 @@ impl Plan {
         Area { x0: left + x0 * TILE_PX, y0: top + y0 * TILE_PX, x1: left + x1 * TILE_PX, y1: top + y1 * TILE_PX }
     }
 
-    /// All tiles of a zoom in blocks, in the order of the tiles' numbers: the next block is beside the last.
+    /// Returns all tiles of a zoom level in blocks, in the order of the tiles' numbers, in which each block is beside
+    /// the one before.
     ///
-    /// A block is a square of a quadtree, and so its tiles follow one another along the curve that numbers them.
+    /// A block is a square of a quadtree, so its tiles are consecutive along the curve that numbers them.
     pub fn blocks(&self, zoom: u8) -> impl Iterator<Item = Block> {
         let (places, level) = (self.places(zoom), zoom.saturating_sub(BLOCK_BITS));
         let mut waiting = vec![TilePlace { zoom: 0, x: 0, y: 0 }];
@@ -246,15 +246,15 @@ impl Plan {
                 if square.zoom == level {
                     return Some(Block { zoom, places: common });
                 }
-                // The last in is the first out.
+                // The last square in is the first out.
                 waiting.extend(square.quarters().into_iter().rev());
             }
             None
         })
     }
 
-    /// The bounds in degrees: west, south, east and north, rounded outwards to whole pixels of the finest zoom, since GDAL takes
-    /// the corner of the bounds for that of a pixel.
+    /// Returns the bounds in degrees: west, south, east and north. They are rounded outwards to whole pixels of the
+    /// finest zoom, because GDAL takes the corner of the bounds for the corner of a pixel.
     pub fn degrees(&self) -> [f64; 4] {
         let finest_m = pixel_m(self.max_zoom);
         let at = |x: i64, y: i64| degrees([x as f64 * finest_m - SIDE_M / 2.0, SIDE_M / 2.0 - y as f64 * finest_m]);
@@ -264,7 +264,7 @@ impl Plan {
     }
 }
 
-/// Metres on a side of a pixel of a zoom level.
+/// Returns the side length in metres of a pixel of a zoom level.
 fn pixel_m(zoom: u8) -> f64 {
     SIDE_M / (TILE_PX << zoom) as f64
 }
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn tiles_are_those_of_web_mercator() {
-        // Of 10 m a vertex: zoom 14 has pixels of 9.55 m, and four tiles of zoom 9 meet at the origin.
+        // With 10 m per vertex, zoom 14 has pixels of 9.55 m, and four tiles of zoom 9 meet at the origin.
         let plan = plan(-5000.0, -3000.0, 5000.0, 3000.0, 10.0);
         assert_eq!(plan.zooms(), 11..=14);
         assert!((plan.pixel_m(14) - 9.554_628_535_647_032).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! Maps of a land that is made up, looked at from outside.
+//! Maps of a made-up land, tested from outside.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use rusqlite::Connection;
 
 use super::*;
 
-/// Fractal value noise around zero, of an amplitude of about one.
+/// Fractal value noise around zero, with an amplitude of about one.
 fn noise(x: f64, y: f64) -> f64 {
     let corner = |x: i64, y: i64| {
         let mixed = (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0x2545_F491_4F6C_DD1D);
@@ -25,12 +25,12 @@ fn noise(x: f64, y: f64) -> f64 {
     (0..6).map(|level| octave(x * f64::from(1 << level), y * f64::from(1 << level)) / 1.9_f64.powi(level)).sum()
 }
 
-/// Hills and a sea below 0 m.
+/// Height of the land: hills, and a sea below 0 m.
 fn height_m(east_m: f64, south_m: f64) -> f32 {
     (noise(east_m / 13_000.0 + 0.3, south_m / 13_000.0 + 0.6) * 1100.0 + 350.0) as f32
 }
 
-/// Calls `pixel` for the middle of each pixel, with metres east and south.
+/// Calls `pixel` for the centre of each pixel, with metres east and south.
 fn each_pixel<T>(view: &View, pixel: impl Fn(f64, f64) -> T) -> Vec<T> {
     let middle = |at: i64| (at as f64 + 0.5) * view.pixel_m;
     view.pixels.vertices().map(|(x, y)| pixel(middle(x), middle(y))).collect()
@@ -40,7 +40,7 @@ fn heights(view: &View) -> Vec<f32> {
     each_pixel(view, height_m)
 }
 
-/// Light from the north-west, 0 to 1.
+/// Brightness under light from the north-west, 0 to 1.
 fn shade(view: &View, east_m: f64, south_m: f64) -> f32 {
     let here = height_m(east_m, south_m).max(0.0);
     let east = height_m(east_m + view.pixel_m, south_m).max(0.0) - here;
@@ -113,7 +113,7 @@ fn written(folder: &Path, bounds_m: [f64; 4], finest_m: f64, choice: Choice) -> 
     (plan, written)
 }
 
-/// All files below a folder with their bytes.
+/// Returns all files below a folder with their bytes.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     fn add(top: &Path, folder: &Path, found: &mut BTreeMap<String, Vec<u8>>) {
         for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
@@ -143,7 +143,8 @@ fn tiles_are_the_pixels_that_their_places_say() {
     let (plan, written) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 10.0, ALL);
     let files = files(folder.path());
     assert_eq!((plan.zooms(), plan.tiles()), (12..=14, 4 + 4 + 12));
-    // Two layers at two scales and terrain; the heights, five archives twice, the list, and the page with two scripts.
+    // Two layers at two scales, and terrain; the heights; five archives in two formats; the list; and the page with two
+    // scripts.
     assert_eq!((written.pictures, files.len()), (5 * 20, 6 * 20 + 5 * 2 + 4));
     assert_eq!(written.files.len(), 5 * 2 + 4);
     let listed: Vec<(&str, &str)> =
@@ -163,7 +164,7 @@ fn tiles_are_the_pixels_that_their_places_say() {
             let pixels = Area { x0: twice[0], y0: twice[1], x1: twice[2], y1: twice[3] };
             let view = View { zoom, scale: 2, pixel_m: plan.pixel_m(zoom) / 2.0, pixels };
             assert!(tile("hillshade", "@2x") == hillshade(&view), "{zoom}/{x}/{y}");
-            // A pixel of the others is the mean of four of these.
+            // A pixel of the other scale is the mean of four of these.
             let (dense, width) = (map(&view), view.pixels.width());
             for (index, pixel) in tile("map", "").chunks_exact(3).enumerate() {
                 let (x, y) = (index % (width / 2) * 2, index / (width / 2) * 2);

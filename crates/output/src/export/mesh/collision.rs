@@ -1,7 +1,8 @@
-//! Collision meshes: what something can stand on or run into, and no more. A GLB a tile with positions alone: the land, and the
-//! decks of bridges.
+//! Collision meshes: only the surfaces that something can stand on or run into. Each tile has a GLB with positions
+//! alone: the land, and the decks of bridges.
 //!
-//! Godot makes bodies of what ends with `-colonly` when it imports; other engines take the mesh as it is for a mesh collider.
+//! On import, Godot makes collision bodies of objects whose names end with `-colonly`. Other engines use the mesh as it
+//! is in a mesh collider.
 
 use std::path::{Path, PathBuf};
 
@@ -22,13 +23,13 @@ use crate::mesh::RibbonKind;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
-/// The folder of the files in that of the bake.
+/// Folder of the files within that of the bake.
 const FOLDER: &str = "collision";
 
-/// The finest level: every vertex is more than physics needs.
+/// The finest level of detail: a mesh with every vertex is more than physics needs.
 const FINEST: u32 = 1;
 
-/// Collision meshes, as a format.
+/// The format of collision meshes.
 pub(crate) struct Collision;
 
 impl Format for Collision {
@@ -63,7 +64,7 @@ impl Format for Collision {
     }
 }
 
-/// Writes the files, each by the thread that made the tile.
+/// Writes the files. The thread that made a tile writes its file.
 struct CollisionSink<'a> {
     modeller: Modeller<'a>,
     names: TileNames,

@@ -1,4 +1,4 @@
-//! A GLB under way: its JSON, and the numbers and pictures that the JSON names.
+//! A GLB being written: its JSON, and the numbers and pictures that the JSON refers to.
 
 use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Buffer, Stride, Target, View};
@@ -19,32 +19,33 @@ pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 pub(super) const COMPRESSION: &str = "EXT_meshopt_compression";
 pub(super) const TRANSFORM: &str = "KHR_texture_transform";
 
-/// The most bytes that a GLB can hold: it counts them in 32 bits.
+/// Largest number of bytes of a GLB, which counts them in 32 bits.
 pub(super) const MAX_BYTES: u64 = u32::MAX as u64;
 
-/// A GLB under way.
+/// A GLB being written.
 pub(super) struct Glb {
     pub root: Root,
     bytes: Vec<u8>,
-    /// Where numbers are compressed: bytes that they have when they are not.
+    /// Bytes that the numbers would have without compression; `None` if they are not compressed.
     plain_bytes: Option<usize>,
 }
 
-/// What a part of the buffer holds.
+/// The kind of numbers in a part of the buffer.
 enum Content {
     Vertices,
     Indices,
 }
 
 impl Glb {
-    /// A GLB without anything in it.
+    /// Begins an empty GLB.
     pub fn new(compressed: bool) -> Glb {
         let mut root = Root::default();
         root.asset.generator = Some(crate::generator::NAME.to_owned());
         root.samplers.push(Sampler {
             mag_filter: Some(Valid(MagFilter::Linear)),
             min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),
-            // Neighbours agree on the texels of the edge that they share; none may be mixed with those of the far side.
+            // Neighbouring tiles agree on the texels of their shared edge. A repeated texture would mix in texels of
+            // the far side.
             wrap_s: Valid(WrappingMode::ClampToEdge),
             wrap_t: Valid(WrappingMode::ClampToEdge),
             ..Default::default()
@@ -52,9 +53,9 @@ impl Glb {
         Glb { root, bytes: Vec::new(), plain_bytes: compressed.then_some(0) }
     }
 
-    /// Says that readers need an extension, or that they may use it.
+    /// Declares an extension that readers need, if `required`, or else may use.
     pub fn uses(&mut self, extension: &str, required: bool) {
-        // What readers need must also stand among what is used.
+        // An extension that readers need must be in both lists.
         let mut lists = vec![&mut self.root.extensions_used];
         if required {
             lists.push(&mut self.root.extensions_required);
@@ -66,7 +67,7 @@ impl Glb {
         }
     }
 
-    /// Adds a mesh, of one material if it is to be seen.
+    /// Adds a mesh. A visible mesh has a material.
     pub fn mesh(&mut self, name: &str, geometry: MeshData, material: Option<Index<Material>>) -> Index<Mesh> {
         let vertices = geometry.attributes[0].1.count;
         let attributes =
@@ -91,7 +92,7 @@ impl Glb {
         })
     }
 
-    /// Adds a texture of a PNG.
+    /// Adds a texture that shows a PNG.
     pub fn texture(&mut self, name: &str, png: &[u8]) -> Index<Texture> {
         let source = self.image(name, png);
         self.root.push(Texture { name: None, sampler: Some(Index::new(0)), source, extensions: None, extras: None })
@@ -118,9 +119,9 @@ impl Glb {
         self.root.push(Accessor { min, max, normalized: values.normalized, ..accessor })
     }
 
-    /// Indices of triangles, in 16 bits if they will do.
+    /// Adds the indices of triangles, in 16 bits if that is enough.
     fn indices(&mut self, indices: &[u32], vertices: usize) -> Index<Accessor> {
-        // 65535 itself means that a strip begins again.
+        // The index 65535 must not occur, since it restarts a strip.
         let short = u16::try_from(vertices).is_ok();
         let (component, bytes) = if short {
             let shorts: Vec<_> = indices.iter().map(|index| (*index as u16).to_le_bytes()).collect();
@@ -133,7 +134,7 @@ impl Glb {
         self.root.push(accessor(view, component, Type::Scalar, indices.len()))
     }
 
-    /// Adds numbers, compressed if they all are.
+    /// Adds numbers to the buffer, compressed if this GLB is.
     fn numbers(&mut self, bytes: &[u8], content: Content, stride: usize) -> Index<View> {
         let (target, byte_stride) = match content {
             Content::Vertices => (Target::ArrayBuffer, Some(Stride(stride))),
@@ -148,7 +149,7 @@ impl Glb {
                     Content::Indices => ("TRIANGLES", compressed_indices(bytes, stride)),
                 };
                 let offset = self.append(&coded);
-                // Where it would begin in a buffer of plain numbers, which is described and not written.
+                // The offset in a buffer of uncompressed numbers, which is described but not written.
                 self.plain_bytes = Some(before + bytes.len().next_multiple_of(4));
                 let extension = json!({
                     "buffer": 0, "byteOffset": offset, "byteLength": coded.len(), "byteStride": stride, "count": count,
@@ -156,7 +157,7 @@ impl Glb {
                 });
                 let others = Map::from_iter([(COMPRESSION.to_owned(), extension)]);
                 self.root.push(View {
-                    // What a reader that knows nothing of the compression would read is not there.
+                    // Buffer 1 has no data: a reader that does not know the compression finds nothing to read.
                     buffer: Index::new(1),
                     byte_length: bytes.len().into(),
                     byte_offset: Some(before.into()),
@@ -186,7 +187,7 @@ impl Glb {
         })
     }
 
-    /// Where the bytes are in the buffer.
+    /// Appends bytes to the buffer and returns their offset.
     fn append(&mut self, bytes: &[u8]) -> usize {
         let offset = self.bytes.len();
         self.bytes.extend(bytes);
@@ -194,7 +195,7 @@ impl Glb {
         offset
     }
 
-    /// The file.
+    /// Returns the finished file.
     ///
     /// # Panics
     /// When there are more bytes than a GLB can hold.
@@ -202,7 +203,7 @@ impl Glb {
         self.root.buffers.push(buffer(self.bytes.len()));
         self.root.buffers.extend(self.plain_bytes.map(fallback));
         let mut json = self.root.to_vec().expect("names and finite numbers are JSON");
-        // Chunks of a GLB are filled up to 4 bytes: JSON with spaces, numbers with zeros.
+        // GLB pads chunks to multiples of 4 bytes: JSON with spaces, numbers with zeros.
         json.resize(json.len().next_multiple_of(4), b' ');
         let total = GlbFile::numbers_at(json.len()) + self.bytes.len();
         let word = |count: usize| u32::try_from(count).expect("the plan has checked the size").to_le_bytes();
@@ -222,21 +223,21 @@ pub(super) struct GlbFile {
 }
 
 impl GlbFile {
-    /// Bytes of the file's header, three words, and of that of each chunk.
+    /// Number of bytes of the file's header, three words, and of the header of each chunk.
     const HEADER: usize = 12;
     const CHUNK_HEADER: usize = 8;
 
-    /// Where the buffer begins in a file whose JSON has so many bytes.
+    /// Returns the offset of the buffer in a file whose JSON has `json_bytes` bytes.
     pub fn numbers_at(json_bytes: usize) -> usize {
         GlbFile::HEADER + 2 * GlbFile::CHUNK_HEADER + json_bytes
     }
 
-    /// Its JSON, with the spaces behind it.
+    /// Returns the JSON, with the spaces that pad it.
     pub fn json(&self) -> &[u8] {
         &self.bytes[GlbFile::HEADER + GlbFile::CHUNK_HEADER..][..self.json_bytes]
     }
 
-    /// Its buffer.
+    /// Returns the buffer.
     pub fn numbers(&self) -> &[u8] {
         &self.bytes[GlbFile::numbers_at(self.json_bytes)..]
     }
@@ -259,22 +260,22 @@ fn accessor(view: Index<View>, component: ComponentType, dimensions: Type, count
     }
 }
 
-/// The buffer of a file's own numbers.
+/// Describes the buffer of a file's own numbers.
 pub(super) fn buffer(bytes: usize) -> Buffer {
     Buffer { byte_length: USize64::from(bytes), name: None, uri: None, extensions: None, extras: None }
 }
 
-/// The buffer that numbers would be in if they were not compressed: it is described and not written.
+/// Describes the buffer that the numbers would be in without compression. It is not written.
 pub(super) fn fallback(bytes: usize) -> Buffer {
     let others = Map::from_iter([(COMPRESSION.to_owned(), json!({ "fallback": true }))]);
     Buffer { extensions: Some(extensions::buffer::Buffer { others }), ..buffer(bytes) }
 }
 
-/// Vertices as EXT_meshopt_compression has them. The codec's name for a vertex is a type of its size.
+/// Compresses vertices for EXT_meshopt_compression. The codec takes vertices as a type of their size.
 fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
     /// The version of the format that the extension names.
     const VERSION: Option<i32> = Some(0);
-    // The library's own default; this version has no others.
+    // The library's own default; this version of the format has no other levels.
     const LEVEL: i32 = 2;
     fn of<const N: usize>(bytes: &[u8]) -> Vec<u8> {
         let vertices = bytes.as_chunks::<N>().0;
@@ -290,11 +291,11 @@ fn compressed_vertices(bytes: &[u8], stride: usize) -> Vec<u8> {
     }
 }
 
-/// Triangles as EXT_meshopt_compression has them.
+/// Compresses triangles for EXT_meshopt_compression.
 fn compressed_indices(bytes: &[u8], size: usize) -> Vec<u8> {
     let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, byte| index << 8 | u32::from(*byte));
     let indices: Vec<u32> = bytes.chunks_exact(size).map(index).collect();
-    // The codec wants a bound for the indices, which need not be the count of vertices.
+    // The codec needs a bound for the indices, which need not be the number of vertices.
     let vertices = indices.iter().max().map_or(0, |most| *most as usize + 1);
     meshopt::encode_index_buffer(&indices, vertices).expect("the buffer is as large as it may need to be")
 }

@@ -1,4 +1,4 @@
-//! glTF: a GLB a tile and level of detail, each whole in itself, and a glTF of the region that places them.
+//! glTF: a GLB for each tile and level of detail, each complete in itself, and a glTF of the region that places them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -36,16 +36,16 @@ use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
-/// glTF, as a format: a GLB a tile and level of detail, and a glTF of the region for each level; or one GLB of the region
-/// for each level.
+/// The format glTF: a GLB for each tile and level of detail, and a glTF of the region for each level; or one GLB of the
+/// region for each level.
 pub(crate) struct Gltf {
     name: &'static str,
     about: &'static str,
-    /// Whether one GLB has all tiles.
+    /// True if one GLB has all tiles.
     whole: bool,
 }
 
-/// A GLB a tile, and what places them.
+/// A GLB for each tile, and a glTF that places them.
 pub(in crate::export) const GLTF: Gltf = Gltf {
     name: "gltf",
     about: "meshes of land, water and roads with textures: a GLB a tile, and a glTF that places all",
@@ -56,7 +56,7 @@ pub(in crate::export) const GLTF: Gltf = Gltf {
 pub(in crate::export) const GLTF_REGION: Gltf =
     Gltf { name: "gltf-region", about: "the same as one GLB of the region", whole: true };
 
-/// The hint for a GLB of a region that is too large.
+/// Hint for a GLB of a region that is too large.
 pub(super) const SMALLER: &str = "give a coarser --lod, bake fewer tiles, or export gltf, which has a GLB a tile";
 
 impl Format for Gltf {
@@ -100,7 +100,7 @@ impl Format for Gltf {
 
     fn cost(&self, request: &Request) -> FormatCost {
         let (lods, region) = (request.meshes.lods.all().len() as u64, &request.region);
-        // Waters and roads have few triangles beside those of the land.
+        // Waters and roads have few triangles compared with the land.
         let bytes = Gltf::land_bytes(region);
         if self.whole {
             let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
@@ -115,45 +115,46 @@ impl Format for Gltf {
 }
 
 impl Gltf {
-    /// The most bytes of a tile's land in its GLB.
+    /// Returns the most bytes of a tile's land in its GLB.
     fn land_bytes(region: &Region) -> u64 {
         let cells = u64::from(region.tile_cells());
         let (vertices, triangles) = ((cells + 1).pow(2), 2 * cells.pow(2));
-        // Positions, normals, tangents, coordinates and weights; and texels in four PNGs, which are a little longer where nothing can be
-        // compressed.
+        // Positions, normals, tangents, coordinates and weights; and texels in four PNGs, which are a little longer
+        // than the texels where nothing can be compressed.
         let texels = vertices * (3 + 3 + 4 + 4);
         vertices * (12 + 12 + 16 + 8 + 8) + triangles * 12 + texels + texels / 8
     }
 
-    /// The most bytes of a tile's GLB.
+    /// Returns the most bytes of a tile's GLB.
     fn bytes_at_most(region: &Region) -> u64 {
         let cells = u64::from(region.tile_cells());
-        // As many vertices and triangles of water; roads.
+        // Water has at most as many vertices and triangles as land. The last term is for roads.
         Gltf::land_bytes(region) + (cells + 1).pow(2) * 32 + 2 * cells.pow(2) * 12 + (1 << 20)
     }
 
-    /// The bytes of the largest GLB that has all tiles, given those of a tile at a level of detail; none where each tile has its own.
+    /// Returns the bytes of the largest GLB that has all tiles, given the bytes of a tile at a level of detail; 0 if
+    /// each tile has its own GLB.
     fn region_bytes(&self, request: &Request, of_tile: impl Fn(&Request, u32) -> u64) -> u64 {
         let lods = request.meshes.lods.all().iter().filter(|_| self.whole);
         let largest = lods.map(|lod| of_tile(request, *lod)).max().unwrap_or(0);
         largest.saturating_mul(request.region.tiles())
     }
 
-    /// The fewest bytes of a tile's GLB: of its land with every vertex, since a coarser one may be two triangles, and compressed bytes
-    /// may be few.
+    /// Returns the fewest bytes of a tile's GLB: those of its land with every vertex. For coarser land, which may be
+    /// two triangles, and for compressed numbers, which may be few bytes, it is 0.
     fn bytes_at_least(request: &Request, lod: u32) -> u64 {
         if lod > 0 || request.meshes.compressed {
             return 0;
         }
         let cells = u64::from(request.region.tile_cells());
         let vertices = (cells + 1).pow(2);
-        // Positions, normals, coordinates and the weights of the ground.
+        // Positions, normals, texture coordinates and the weights of the ground.
         let vertex = if request.meshes.quantized { 8 + 4 + 4 + 4 } else { 12 + 12 + 8 + 4 };
         let index = if u16::try_from(vertices).is_ok() { 2 } else { 4 };
         vertices * vertex + 2 * cells.pow(2) * 3 * index
     }
 
-    /// Refuses tiles of which a GLB could be larger than 2^32 bytes.
+    /// Refuses tiles whose GLB could be larger than 2^32 bytes.
     fn check_size(region: &Region) -> Result<(), Error> {
         let bytes = Gltf::bytes_at_most(region);
         if bytes <= MAX_BYTES {
@@ -179,7 +180,7 @@ pub(crate) struct GltfSink<'a> {
     name: &'static str,
     whole: bool,
     modeller: Modeller<'a>,
-    /// Of the colour, of both halves of the blend map.
+    /// Painters of the colour and of both halves of the blend map.
     painters: [(&'static str, Painter<'a>); 3],
     names: TileNames,
     out: PathBuf,
@@ -208,7 +209,7 @@ impl<'a> GltfSink<'a> {
         })
     }
 
-    /// The GLB of a tile's model.
+    /// Makes the GLB of a tile's model.
     fn document(&self, tile: &Tile, lod: u32, model: &Model) -> Glb {
         let Modeller { world, frame, options, .. } = &self.modeller;
         let area = tile.area();
@@ -221,7 +222,8 @@ impl<'a> GltfSink<'a> {
             glb.uses(QUANTIZATION, true);
         }
         let mut children = Vec::new();
-        // The land. A mesh with every vertex has the raster's normals; on others a normal map has what is between.
+        // The land. A mesh with every vertex has the raster's normals; a coarser one has a normal map with the detail
+        // between its vertices.
         let detail = (lod > 0).then(|| relative_normals(tile, &model.land));
         let ground = &world.preset().ground;
         let land = of_land(tile, &model.land, frame, ground, options.quantized, detail.is_some());
@@ -232,7 +234,7 @@ impl<'a> GltfSink<'a> {
         let [east, up, south] = frame.corner_m(&area).map(|metres| metres as f32);
         let lifted = options.quantized.then_some([0.0, up, 0.0]);
         let scale = options.quantized.then_some([quantum; 3]);
-        // Quantised positions are whole steps, which the node scales and lifts back to metres.
+        // Quantised positions count steps; the node scales and lifts them to metres.
         children.push(glb.root.push(Node { scale, translation: lifted, ..node(&name, Some(mesh)) }));
         // Waters, then rivers of the thesis' agents, roads and bridges.
         for sheet in &model.waters {
@@ -243,7 +245,7 @@ impl<'a> GltfSink<'a> {
             add(&mut glb, &mut children, substance, &named(substance.name), of_ribbons(ribbons, frame, &area));
         }
         let extras = extras(&json!({ "tile_x": tile.id().x, "tile_y": tile.id().y, "lod": lod }));
-        // The tile stands at its corner, and so its own numbers are small.
+        // The tile's node stands at its corner, which keeps the numbers in the tile small.
         let root = glb.root.push(Node {
             children: Some(children),
             translation: Some([east, 0.0, south]),
@@ -271,13 +273,14 @@ impl<'a> GltfSink<'a> {
         let base = glb.texture(&named(colour.0), &painted(colour));
         let normal = detail.map(|rows| glb.texture(&named("normal"), &png(Sample::Rgb8, rows, false)));
         let blend_images: Vec<String> = blends.iter().map(|blend| named(blend.0)).collect();
-        // glTF knows no blend maps: they are images without a texture, named where a script finds them.
+        // glTF has no blend maps: they are images without a texture, and the material's extras name them for scripts.
         for (name, blend) in blend_images.iter().zip(blends) {
             glb.image(name, &painted(blend));
         }
-        // A reader without it shows the texture half a texel off, which is better than nothing.
+        // A reader without this extension shows the texture half a texel off, which is better than nothing.
         glb.uses(TRANSFORM, false);
-        // Texels are vertices: the middle of the first one is 0, and that of the last one 1.
+        // Texels lie on vertices: texture coordinate 0 is the middle of the first texel, and 1 the middle of the last
+        // one.
         let texels = side as f32;
         let (offset, scale) = ([0.5 / texels; 2], [(texels - 1.0) / texels; 2]);
         let transform = json!({ "offset": offset, "scale": scale });
@@ -300,7 +303,7 @@ impl<'a> GltfSink<'a> {
             pbr_metallic_roughness: PbrMetallicRoughness {
                 base_color_texture: Some(info(base)),
                 metallic_factor: StrengthFactor(0.0),
-                // Soil and rock hardly shine; as roads, see `SUBSTANCES`.
+                // Soil and rock hardly shine: the same roughness as that of roads in `SUBSTANCES`.
                 roughness_factor: StrengthFactor(0.95),
                 ..Default::default()
             },
@@ -311,7 +314,7 @@ impl<'a> GltfSink<'a> {
     }
 }
 
-/// Adds a part of that name. Its material, which all tiles have in common, has the name of the substance alone.
+/// Adds a part with this name. Its material has the name of the substance alone, since all tiles share it.
 fn add(
     glb: &mut Glb,
     children: &mut Vec<Index<Node>>,
@@ -353,7 +356,7 @@ impl Sink for GltfSink<'_> {
         for (lod, model) in self.modeller.models(tile) {
             let path = tile_path(lod, self.names.numbers(&self.modeller.region, place), "glb");
             let glb = self.document(tile, lod, &model).finish();
-            // The region's file needs the JSON of each tile, in the order of the tiles; the numbers may stay in the GLB.
+            // The region's file needs the JSON of each tile, in the order of tiles; numbers may stay in the tile's GLB.
             frames::push(&mut piece, path.as_bytes());
             frames::push(&mut piece, glb.json());
             frames::push(&mut piece, if self.whole { glb.numbers() } else { &[] });
@@ -375,7 +378,7 @@ impl Sink for GltfSink<'_> {
         for piece in pieces {
             stop::check();
             let parts: Vec<&[u8]> = frames::pieces(piece).collect();
-            // Levels come in the same order in both.
+            // The region's files and the parts have the levels in the same order.
             for (region, part) in regions.iter_mut().zip(parts.chunks_exact(3)) {
                 let [path, json, numbers] = part else { unreachable!("chunks of three have three parts") };
                 let root = Root::from_slice(json).expect("it was written by this sink");

@@ -1,4 +1,4 @@
-//! What a tile's mesh file shows, whatever its format: the land at one level of detail, waters, roads and bridges.
+//! The content of a tile's mesh file in any format: the land at one level of detail, waters, roads and bridges.
 
 use std::sync::Arc;
 
@@ -12,13 +12,13 @@ use crate::mesh::{
 use crate::tile::Tile;
 use crate::world::World;
 
-/// What makes models of a region's tiles.
+/// Makes the models of a region's tiles.
 pub(super) struct Modeller<'a> {
     pub world: &'a World,
     pub region: Region,
     pub frame: Frame,
     pub options: MeshOptions,
-    /// The land with every vertex, which is the same for all tiles.
+    /// The land with every vertex, which is the same for all tiles; `None` if LOD 0 is not asked for.
     full: Option<Arc<Surface>>,
 }
 
@@ -29,10 +29,10 @@ pub(super) struct Model {
     pub ribbons: Vec<Ribbon>,
 }
 
-/// What something is made of, besides the land.
+/// The material of a part other than the land.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Substance {
-    /// Of its material, and with the tile's place of its node and mesh.
+    /// Name of the material; together with the tile's place also the name of the node and the mesh.
     pub name: &'static str,
     /// Linear red, green, blue, and opacity.
     pub colour: [f32; 4],
@@ -68,7 +68,7 @@ impl<'a> Modeller<'a> {
         let frame = options.frame(world, &region, quantized);
         let cells = region.tile_cells();
         let full = options.lods.all().contains(&0).then(|| {
-            // One order for all tiles without water, as if the land were flat.
+            // One order for all tiles, made as if the land were flat and without water.
             let Surface { vertices, triangles, .. } = Surface::full(cells);
             let (vertices, triangles) =
                 ordered(&vertices, &triangles, |[column, row]| [*column as f32, 0.0, *row as f32]);
@@ -77,11 +77,11 @@ impl<'a> Modeller<'a> {
         Modeller { world, region, frame, options: options.clone(), full }
     }
 
-    /// The models of a tile, one for each level of detail.
+    /// Returns the models of a tile, one for each level of detail.
     pub fn models(&self, tile: &Tile) -> Vec<(u32, Model)> {
         let roads = roads_near(self.world, &tile.area());
         let model = |&lod: &u32| {
-            // Twice as much as at the level before it, as heights may be off.
+            // Each level doubles the tolerance, as it doubles the error of heights.
             let tolerance = FINEST_LINE * f64::from(lod).exp2();
             let waterlines = Waterlines::new(self.world, tile, tolerance, self.frame.grain());
             let land = self.land(tile, lod, waterlines.as_ref());
@@ -92,9 +92,9 @@ impl<'a> Modeller<'a> {
         self.options.lods.all().iter().map(model).collect()
     }
 
-    /// What the manifest says of a model.
+    /// Returns the manifest's record of a model.
     pub fn record(&self, tile: &Tile, lod: u32, land: &Ground) -> MeshRecord {
-        // Of the vertices that the mesh has, for these are what a reader finds.
+        // Use the vertices of the mesh, since these are the ones that a reader finds.
         let (mut min_m, mut max_m) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let area = tile.area();
         let corner = self.frame.corner_m(&area);
@@ -117,7 +117,7 @@ impl<'a> Modeller<'a> {
 
     fn land(&self, tile: &Tile, lod: u32, waters: Option<&Waterlines>) -> Ground {
         let (area, heights) = (tile.area(), tile.heights());
-        // What rounding to steps takes of the bound is not left for the triangles.
+        // Rounding to steps uses up a part of the bound, which is not left for the triangles.
         let left_m = |bound_m: f64| bound_m - self.frame.height_error_m();
         let bound_m = self.options.bound_m(self.world, lod).map(left_m);
         let surface = match bound_m {
@@ -134,7 +134,7 @@ impl<'a> Modeller<'a> {
             None => Ground::new(&surface, heights, area),
         };
         if bound_m.is_none() {
-            // The order of all vertices is the same everywhere, and those of waters are few.
+            // The full land has its order already, and the vertices that waters add are few.
             return ground;
         }
         let cell_m = self.world.spacing_m() as f32 / PARTS as f32;
@@ -148,28 +148,28 @@ impl<'a> Modeller<'a> {
     }
 }
 
-/// Cells that shores, banks and the edges of roads may be off at LOD 0.
+/// Distance in cells by which shores, banks and the edges of roads may be off at LOD 0.
 const FINEST_LINE: f64 = 1.0 / 32.0;
 
-/// Vertices and triangles in an order that suits a GPU: each vertex is wanted again soon, what is in front is drawn first, and
-/// vertices lie in the order that they are wanted in.
+/// Returns vertices and triangles in an order that suits a GPU: a vertex is used again soon, triangles in front are
+/// drawn first, and vertices lie in the order of their use.
 fn ordered<V: Clone + Default>(
     vertices: &[V],
     triangles: &[[u32; 3]],
     place: impl Fn(&V) -> [f32; 3],
 ) -> (Vec<V>, Vec<[u32; 3]>) {
-    // In this order, as the manual asks: each step keeps what the one before it has gained.
+    // The manual asks for this order of steps: each keeps the gain of the step before.
     let mut indices = meshopt::optimize_vertex_cache(triangles.as_flattened(), vertices.len());
     let places: Vec<[f32; 3]> = vertices.iter().map(place).collect();
     let positions = meshopt::VertexDataAdapter::new(bytemuck::cast_slice(&places), size_of::<[f32; 3]>(), 0);
-    // How much worse for the cache the order may become, as meshoptimizer's manual has it.
+    // Factor by which the order may become worse for the vertex cache, from meshoptimizer's manual.
     const THRESHOLD: f32 = 1.05;
     meshopt::optimize_overdraw_in_place(&mut indices, &positions.expect("places are three floats each"), THRESHOLD);
     let vertices = meshopt::optimize_vertex_fetch(&mut indices, vertices);
     (vertices, indices.as_chunks().0.to_vec())
 }
 
-/// All ribbons of each substance, in the order of [`SUBSTANCES`].
+/// Returns the ribbons of each substance, in the order of [`SUBSTANCES`].
 pub(super) fn by_substance(ribbons: &[Ribbon]) -> impl Iterator<Item = (Substance, &[Ribbon])> {
     ribbons.chunk_by(|a, b| a.kind == b.kind).map(|run| (substance_of_ribbon(run[0].kind), run))
 }

@@ -1,7 +1,8 @@
-//! Wavefront OBJ: one file of the region, written tile by tile, or one a tile; with the materials beside it.
+//! Wavefront OBJ: one file for the region, written tile by tile, or one for each tile; each with an MTL of its
+//! materials.
 //!
-//! East is x, up is y, south is z, metres from the region's middle. Each vertex has a texture coordinate and a normal of its
-//! own number.
+//! x is east, y is up, z is south, in metres from the origin of the meshes (`--mesh-origin`). Each vertex has a texture
+//! coordinate and a normal with the same number as its own.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -23,13 +24,13 @@ use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
-/// OBJ, as a format.
+/// The format OBJ.
 pub(crate) struct Obj {
     name: &'static str,
     about: &'static str,
-    /// The export with the pictures that its materials show.
+    /// The export of the pictures that the materials show.
     colour: &'static str,
-    /// One file a tile, or one of the region.
+    /// True for a file for each tile, false for one file of the region.
     tiles: bool,
 }
 
@@ -41,7 +42,7 @@ pub(crate) static OBJ: Obj = Obj {
     tiles: false,
 };
 
-/// An OBJ a tile.
+/// An OBJ for each tile.
 pub(crate) static OBJ_TILES: Obj =
     Obj { name: "obj-tiles", about: "the same, an OBJ a tile", colour: "colour-tiles", tiles: true };
 
@@ -77,10 +78,11 @@ impl Format for Obj {
     }
 }
 
-/// The most bytes of a tile's text.
+/// Returns the most bytes of a tile's text.
 fn bytes_at_most(region: &Region) -> u64 {
     let cells = u64::from(region.tile_cells());
-    // A vertex of three lines of numbers, of the land and of water; two triangles a cell, each with nine numbers.
+    // For land and again for water: a vertex takes three lines of numbers, and a cell two triangles of nine numbers
+    // each.
     (cells + 1).pow(2) * 2 * 140 + 4 * cells.pow(2) * 9 * 12 + (1 << 20)
 }
 
@@ -90,11 +92,11 @@ pub(crate) struct ObjSink<'a> {
     modeller: Modeller<'a>,
     names: TileNames,
     out: PathBuf,
-    /// For files of the region: each level's, and vertices written to it so far.
+    /// For files of the region: path and file of each level, and the number of vertices written to it.
     regions: Option<Mutex<Vec<(String, PartFile, u64)>>>,
 }
 
-/// The text of a tile's vertices, and its parts, whose faces count from the tile's first vertex.
+/// The text of a tile's vertices, and the tile's parts, whose faces count from its first vertex.
 #[derive(Default)]
 struct Text {
     vertices: String,
@@ -135,12 +137,12 @@ impl<'a> ObjSink<'a> {
         let [corner_east, _, corner_south] = frame.corner_m(&area);
         let mut text = Text::default();
         let named = |part: &str| part_name(part, tile.id(), lod, &options.lods);
-        // OBJ has no transforms, so a tile's place is in its vertices; as text they have all the digits that takes.
+        // OBJ has no transforms, so vertices include the tile's place; text has room for all the digits.
         let placed = |place: [u32; 2], height_m: f32| {
             let [east, south] = frame.steps_between(&area, place).map(|steps| steps as f64 * frame.step_m());
             [corner_east + east, f64::from(height_m), corner_south + south]
         };
-        // Texels are vertices: of the tile's picture, or of the region's.
+        // Texels lie on vertices: of the tile's picture, or of the region's.
         let (before, sides) = if self.regions.is_none() {
             ([0, 0], [area.width() as u64; 2])
         } else {
@@ -155,7 +157,7 @@ impl<'a> ObjSink<'a> {
             // OBJ counts v from the bottom of a picture.
             [u, 1.0 - v]
         };
-        // That of a region shows the picture of the region.
+        // In a file of the region, the land shows the picture of the region.
         let material = if self.regions.is_none() { named("land") } else { "land".to_owned() };
         text.add(
             named("land"),
@@ -197,7 +199,7 @@ impl<'a> ObjSink<'a> {
     }
 }
 
-/// The materials of a file, of which the land's has that name and shows that picture.
+/// Returns the text of an MTL. The land's material has the name `land` and shows `picture`.
 fn materials(land: &str, picture: &str) -> String {
     let mut text = format!("newmtl {land}\nKd 1 1 1\nKs 0 0 0\nPr 0.95\nmap_Kd ../colour/{picture}\n");
     for Substance { name, colour: [red, green, blue, opacity], roughness } in SUBSTANCES {
@@ -206,7 +208,7 @@ fn materials(land: &str, picture: &str) -> String {
     text
 }
 
-/// Without digits that nobody needs.
+/// Rounds to millimetres: more digits are of no use.
 fn thousandths(metres: f64) -> f64 {
     (metres * 1000.0).round() / 1000.0
 }
@@ -237,14 +239,14 @@ impl Text {
         }
     }
 
-    /// Writes it behind `before` vertices.
+    /// Writes the text into a file that has `before` vertices already.
     fn write(&self, before: u64, target: &mut impl std::io::Write) -> std::io::Result<()> {
         target.write_all(self.vertices.as_bytes())?;
         let mut line = String::new();
         for Part { name, material, faces } in &self.parts {
             writeln!(target, "o {name}\nusemtl {material}")?;
             for triangle in faces.as_chunks::<3>().0 {
-                // One line again and again: a face is written a million times.
+                // Reuse one line: a face is written a million times.
                 line.clear();
                 line.push('f');
                 for index in triangle {
@@ -259,7 +261,7 @@ impl Text {
         Ok(())
     }
 
-    /// The text as bytes, which a sink keeps of a tile until its turn comes.
+    /// Packs the text as bytes, which a sink keeps until the turn of the tile comes.
     fn pack(&self, bytes: &mut Vec<u8>) {
         let add = |bytes: &mut Vec<u8>, part: &[u8]| {
             bytes.extend((part.len() as u64).to_le_bytes());
@@ -275,7 +277,7 @@ impl Text {
         }
     }
 
-    /// The text of which the bytes begin with [`pack`](Text::pack)'s; what follows is left.
+    /// Reads a text back that [`pack`](Text::pack) wrote at the start of the bytes, and leaves what follows.
     fn unpack(bytes: &mut &[u8]) -> Text {
         fn number(bytes: &mut &[u8]) -> usize {
             u64::from_le_bytes(part(bytes, 8).try_into().expect("eight bytes")) as usize
@@ -310,7 +312,7 @@ impl Sink for ObjSink<'_> {
         for (lod, model) in self.modeller.models(tile) {
             let text = self.text(tile, lod, &model);
             if self.regions.is_some() {
-                // How many vertices stand before these is known when the tiles before are written, not yet.
+                // The number of vertices before this tile is known only once the tiles before it are written.
                 text.pack(&mut piece);
                 continue;
             }

@@ -1,4 +1,5 @@
-//! The glTF of a region: all its tiles in one scene, whose numbers and pictures stay in the tiles' GLBs, or are in it too.
+//! The glTF of a region: all its tiles in one scene. Numbers and pictures stay in the tiles' GLBs, or are in this file
+//! too.
 
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
@@ -18,7 +19,8 @@ use crate::file::{Operation, PartFile, gate};
 use crate::generator;
 use crate::stop;
 
-/// A region's glTF under way: each of its lists in a file of its own until all tiles are there, so that none is held.
+/// A region's glTF being written. Each list waits in a file of its own until all tiles are there, so that none is held
+/// in memory.
 pub(super) struct RegionFile {
     path: String,
     export: &'static str,
@@ -33,33 +35,33 @@ pub(super) struct RegionFile {
     textures: Spool,
     samplers: Spool,
     materials: Spool,
-    /// The numbers of the materials that tiles share.
+    /// The indices of the materials that tiles share.
     shared: [Option<u32>; SUBSTANCES.len()],
     /// Extensions that readers may use, and those that they need.
     extensions: (Vec<String>, Vec<String>),
-    /// Numbers and pictures, if they are to be in this file.
+    /// Numbers and pictures, if they belong into this file.
     numbers: Option<Numbers>,
 }
 
-/// The numbers and pictures of all tiles, one behind the other.
+/// The numbers and pictures of all tiles, one after the other.
 struct Numbers {
     file: BufWriter<File>,
     bytes: u64,
-    /// Where numbers are compressed: bytes that they have when they are not.
+    /// Bytes that compressed numbers would have without compression.
     plain_bytes: u64,
 }
 
-/// Where the numbers and pictures of a tile are.
+/// The place of a tile's numbers and pictures.
 pub(super) enum TileNumbers<'a> {
-    /// In its GLB, at a path in the folder of the bake, from a place in it on.
+    /// In the tile's GLB: its path in the folder of the bake, and the offset of its buffer.
     In(&'a str, usize),
-    /// Here.
+    /// In memory.
     Here(&'a [u8]),
 }
 
-/// A list of JSON values that is written somewhere.
+/// A list of JSON values that waits in a file.
 struct Spool {
-    /// Its name in the glTF.
+    /// Name of the list in the glTF.
     name: &'static str,
     file: BufWriter<File>,
     count: u32,
@@ -90,7 +92,7 @@ impl Spool {
 }
 
 impl RegionFile {
-    /// Begins the file of a level of detail, which has numbers and pictures in it if it is to be `whole`.
+    /// Begins the file of a level of detail. A `whole` file has numbers and pictures in it.
     pub fn create(lod: u32, export: &'static str, whole: bool, out: &Path) -> Result<RegionFile, Error> {
         let path = super::region_path(lod, if whole { "glb" } else { "gltf" });
         let folder = out.join(super::FOLDER);
@@ -132,10 +134,11 @@ impl RegionFile {
     }
 
     fn add_shifted(&mut self, root: Root, numbers: TileNumbers) -> std::io::Result<()> {
-        // How many there were before: what a tile's indices are raised by.
+        // Lengths of the lists before this tile, by which the tile's indices are raised.
         let (nodes, meshes, accessors) = (self.nodes.count, self.meshes.count, self.accessors.count);
         let (views, images, textures) = (self.views.count, self.images.count, self.textures.count);
-        // Where its numbers begin in their buffer, and plain ones in theirs, which is described and not written.
+        // Offset of the tile's numbers in their buffer, and of its uncompressed numbers in theirs, which is described
+        // but not written.
         let (buffers, start, plain_start) = match (numbers, &mut self.numbers) {
             (TileNumbers::Here(bytes), Some(all)) => {
                 let before = (0, all.bytes, all.plain_bytes);
@@ -146,7 +149,7 @@ impl RegionFile {
             }
             (TileNumbers::In(path, start), _) => {
                 let before = self.buffers.count;
-                // A GLB is read as the bytes that it is.
+                // The buffer is the whole GLB file, which is read as plain bytes.
                 for (index, mut buffer) in root.buffers.into_iter().enumerate() {
                     if index == 0 {
                         buffer.uri = Some(file_name(path).to_owned());
@@ -162,7 +165,7 @@ impl RegionFile {
             let begin = if view.buffer.value() == 0 { start } else { plain_start };
             view.byte_offset = Some((view.byte_offset.map_or(0, |offset| offset.0) + begin).into());
             shift(&mut view.buffer, buffers);
-            // Compressed numbers lie where their extension says; the view itself describes a buffer that is not written.
+            // The extension says where compressed numbers lie; the view itself describes a buffer that is not written.
             if let Some(coded) = view.extensions.as_mut().and_then(|extensions| extensions.others.get_mut(COMPRESSION))
             {
                 raise(&mut coded["buffer"], u64::from(buffers));
@@ -186,10 +189,10 @@ impl RegionFile {
             shift(&mut texture.source, images);
             self.textures.push(&texture)?;
         }
-        // Materials of tiles are their own; those of water and roads are all the same.
+        // Each tile has its own material for the land; those of water and roads are the same in all tiles.
         let mut materials = Vec::with_capacity(root.materials.len());
         for mut material in root.materials {
-            // By name, since a tile has only those that it shows.
+            // Match by name, since a tile has only the materials that it shows.
             let substance = SUBSTANCES.iter().position(|substance| material.name.as_deref() == Some(substance.name));
             let known = substance.and_then(|substance| self.shared[substance]);
             materials.push(Index::new(known.unwrap_or(self.materials.count)));
@@ -224,12 +227,12 @@ impl RegionFile {
             shift(&mut node, nodes);
             self.scene.push(&node)?;
         }
-        // The same in all tiles of a bake.
+        // All tiles of a bake have the same extensions.
         self.extensions = (root.extensions_used, root.extensions_required);
         Ok(())
     }
 
-    /// Puts the lists together, and the numbers behind them.
+    /// Joins the lists to one file, with the numbers after them.
     pub fn finish(mut self) -> Result<FileRecord, Error> {
         let path = self.out.join(&self.path);
         let (record, export) = (self.path.clone(), self.export);
@@ -250,14 +253,14 @@ impl RegionFile {
         if numbers.plain_bytes > 0 {
             self.buffers.push(&super::glb::fallback(numbers.plain_bytes as usize))?;
         }
-        // How long the text is must be known before it.
+        // The length of the text stands before it, so write the text into a file of its own first.
         let mut text = BufWriter::new(text);
         self.write(&mut text)?;
         let (mut text, mut bytes) = (rewound(text)?, rewound(numbers.file)?);
         let (text_bytes, binary_bytes) = (text.metadata()?.len(), numbers.bytes);
-        // Chunks of a GLB are filled up to 4 bytes; numbers are already.
+        // Chunks of a GLB are padded to 4 bytes. The numbers already are.
         let padded = text_bytes.next_multiple_of(4);
-        // One that is too long has been refused before it came to that, but for some kilobytes.
+        // A file that is too long has been refused by `add`, unless only the last kilobytes make it so.
         let word = |count: u64| u32::try_from(count).map(u32::to_le_bytes).map_err(std::io::Error::other);
         let total = 12 + 8 + padded + 8 + binary_bytes;
         file.write_all([*b"glTF", word(2)?, word(total)?, word(padded)?, *b"JSON"].as_flattened())?;
@@ -268,7 +271,7 @@ impl RegionFile {
     }
 
     fn write(self, file: &mut impl Write) -> std::io::Result<()> {
-        // List by list, since they are in files: together they may be larger than memory.
+        // Copy list by list from their files: together they may be larger than memory.
         let generator = generator::NAME;
         write!(
             file,
@@ -289,20 +292,20 @@ impl RegionFile {
     }
 }
 
-/// A file without a name, so it is gone with the program, however that ends.
+/// Creates a file without a name, which is gone with the program, however the program ends.
 fn nameless(folder: &Path) -> Result<File, Error> {
     gate(Operation::Create, folder)?;
     tempfile::tempfile_in(folder).map_err(Error::io(folder))
 }
 
-/// A file that was written, from its start on.
+/// Returns a file that was written, set back to its start.
 fn rewound(file: BufWriter<File>) -> std::io::Result<File> {
     let mut file = file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
     file.seek(SeekFrom::Start(0))?;
     Ok(file)
 }
 
-/// Copies a file, which may take long.
+/// Copies a file in pieces, so that a long copy can be stopped.
 fn copied(from: &mut File, target: &mut impl Write) -> std::io::Result<()> {
     const AT_ONCE: u64 = 1 << 24;
     while std::io::copy(&mut Read::by_ref(from).take(AT_ONCE), target)? > 0 {

@@ -1,23 +1,24 @@
-//! Normal maps for meshes with few vertices: what their own normals leave out.
+//! Normal maps for meshes with few vertices: the detail that their own normals leave out.
 
 use crate::area::Area;
 use crate::mesh::{Facet, Ground, GroundVertex, PARTS, Span};
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::{Normals, Tile};
 
-/// The raster's normals as a mesh's material has them: relative to the normal and the [tangent](super::values::tangent) that
-/// the mesh has at each vertex of the raster, in RGB, row by row; green is north.
+/// Returns the raster's normals for the material of a mesh: relative to the normal and the
+/// [tangent](super::values::tangent) that the mesh has at each vertex of the raster, in RGB, row by row; green is
+/// north.
 ///
-/// So the mesh is lit as the raster would be, at any level of detail.
+/// With them the mesh is lit as the raster would be, at any level of detail.
 pub(super) fn relative_normals(tile: &Tile, ground: &Ground) -> Vec<u8> {
     let area = tile.area();
-    // All are set below, since a ground covers its tile.
+    // All words are set below, since a ground covers its tile.
     let mut words = vec![0; area.len()];
     for (facet, triangle) in ground.facets().zip(&ground.triangles) {
         let corners = triangle.map(|corner| normal_at(tile, &ground.vertices[corner as usize]));
         dispatch(Relative { area, normals: tile.normals(), facet, corners, words: &mut words });
     }
-    // Lanes make a word a texel; three bytes of it are the texel.
+    // A lane makes a word for each texel; three bytes of the word are the texel.
     let mut texels = vec![[0; 3]; words.len()];
     for (texel, word) in texels.iter_mut().zip(words) {
         let [red, green, blue, _] = word.to_le_bytes();
@@ -26,7 +27,7 @@ pub(super) fn relative_normals(tile: &Tile, ground: &Ground) -> Vec<u8> {
     texels.into_flattened()
 }
 
-/// The normal of a vertex of a ground: the raster's, or between its vertices the mean of those around.
+/// Returns the normal of a vertex of a ground: the raster's, or between its vertices the mean of those around.
 pub(super) fn normal_at(tile: &Tile, vertex: &GroundVertex) -> [f32; 3] {
     let mixed = super::values::between(tile, vertex.place, |x, y| tile.normals().at(x, y));
     if vertex.place.iter().all(|at| at % PARTS as u32 == 0) {
@@ -36,7 +37,7 @@ pub(super) fn normal_at(tile: &Tile, vertex: &GroundVertex) -> [f32; 3] {
     mixed.map(|axis| axis / length)
 }
 
-/// Sees the normals under a triangle in the frames of the mesh's.
+/// Converts the normals under a triangle to the tangent frames of the mesh.
 struct Relative<'a> {
     area: Area,
     normals: &'a Normals,
@@ -58,11 +59,11 @@ impl Kernel for Relative<'_> {
             let words = &mut self.words[span.row * width..][..width];
             let mut column = span.column;
             while column < span.column + span.count {
-                // At the end of the row the vector begins before the column.
+                // Near the end of the row, the vector begins before the column.
                 let from = column.min(width - S::LANES);
                 let offset = simd.lane_numbers() + simd.splat_i32(from as i32 - span.column as i32);
                 let texels = texels(simd, &span, simd.i32_to_f32(offset), &self.corners, normal, from);
-                // What lies beside the triangle is another's.
+                // Lanes beside the triangle belong to other triangles, and keep their words.
                 let is_within =
                     simd.gt_i32(offset, simd.splat_i32(-1)) & simd.gt_i32(simd.splat_i32(span.count as i32), offset);
                 let others = simd.load_u32(&words[from..]);
@@ -73,8 +74,8 @@ impl Kernel for Relative<'_> {
     }
 }
 
-/// The texels at vertices some `offset` from the first of a span: their normals, from a column of the row on, in the frame of
-/// what is mixed from the corners'.
+/// Returns the texels at vertices some `offset` from the first of a span. The raster's normals, from column `from` of
+/// the row on, are given in the frame of the normal that is mixed from the corners' normals.
 #[inline(always)]
 fn texels<S: Simd>(
     simd: S,
@@ -96,11 +97,11 @@ fn texels<S: Simd>(
         }
         corner += 1;
     }
-    // The sum need not be a unit.
+    // The sum need not have length 1.
     let [east, up, south] = mixed;
     let length = simd.sqrt((east * east + up * up) + south * south);
     let [east, up, south] = [east / length, up / length, south / length];
-    // The tangent, which does not point south at all.
+    // The tangent, which has no southern component.
     let length = simd.sqrt(east * east + up * up);
     let is_upright = simd.gt(length, zero);
     let ahead_east = simd.select(is_upright, up / length, one);
@@ -114,7 +115,7 @@ fn texels<S: Simd>(
     let ahead = normal_east * ahead_east + normal_up * ahead_up;
     let aside = (normal_east * aside_east + normal_up * aside_up) + normal_south * aside_south;
     let above = (normal_east * east + normal_up * up) + normal_south * south;
-    // Of units, so none leaves a byte.
+    // The vectors have length 1, so no value exceeds a byte.
     let (scale, middle) = (simd.splat(127.5), simd.splat(128.0));
     let red = simd.truncate_to_i32(ahead * scale + middle);
     let green = simd.truncate_to_i32(aside * scale + middle);

@@ -1,4 +1,4 @@
-//! The numbers of meshes, as glTF has them: attributes of vertices, and indices.
+//! The numbers of meshes, as glTF stores them: attributes of vertices, and indices.
 
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::mesh::Semantic;
@@ -10,16 +10,16 @@ use crate::mesh::{Frame, Ground, GroundVertex, PARTS, Ribbon, Sheet};
 use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
 
-/// Some numbers a vertex, as they lie in a file: each vertex' begin at a multiple of 4 bytes.
+/// An attribute's numbers as they lie in a file. Those of each vertex begin at a multiple of 4 bytes.
 #[derive(Debug)]
 pub(super) struct Values {
     pub component: ComponentType,
     pub dimensions: Type,
-    /// Whether whole numbers stand for 0..1 or -1..1.
+    /// True if whole numbers stand for 0..1 or -1..1.
     pub normalized: bool,
     pub count: usize,
     pub bytes: Vec<u8>,
-    /// The least and the greatest of each dimension, of those that readers need them of.
+    /// The least and the greatest value of each dimension, for attributes of which readers need them.
     pub bounds: Option<[Vec<f64>; 2]>,
 }
 
@@ -45,7 +45,7 @@ impl Values {
         component: ComponentType,
         values: impl Iterator<Item = [[u8; BYTES]; N]>,
     ) -> Values {
-        // Each value is filled up to a multiple of 4 bytes, as glTF asks of vertices.
+        // Pad each value to a multiple of 4 bytes, as glTF requires of vertices.
         let mut all = Values {
             component,
             dimensions: dimensions(N),
@@ -63,7 +63,7 @@ impl Values {
         all
     }
 
-    /// Numbers from 0 to 1, in 16 bits if they are to be quantized.
+    /// Packs numbers from 0 to 1, in 16 bits if `quantized`.
     fn shares<const N: usize>(values: impl Iterator<Item = [f32; N]>, quantized: bool) -> Values {
         if !quantized {
             return Values::floats(values);
@@ -72,7 +72,7 @@ impl Values {
         Values::whole(ComponentType::U16, values.map(|value| value.map(whole)))
     }
 
-    /// Directions, in 8 bits if they are to be quantized.
+    /// Packs directions, in 8 bits if `quantized`.
     fn directions<const N: usize>(values: impl Iterator<Item = [f32; N]>, quantized: bool) -> Values {
         if !quantized {
             return Values::floats(values);
@@ -82,12 +82,12 @@ impl Values {
         Values::whole(ComponentType::I8, values.map(|value| value.map(whole)))
     }
 
-    /// Positions in floats, with their bounds.
+    /// Packs positions as floats, with their bounds.
     fn positions(places: impl Iterator<Item = [f32; 3]> + Clone) -> Values {
         Values::floats(places.clone()).bounded(places.map(|place| place.map(f64::from)))
     }
 
-    /// Says the bounds of positions.
+    /// Adds the bounds of positions.
     fn bounded<const N: usize>(mut self, places: impl Iterator<Item = [f64; N]>) -> Values {
         let mut bounds = [vec![f64::INFINITY; N], vec![f64::NEG_INFINITY; N]];
         for place in places {
@@ -115,20 +115,20 @@ fn dimensions(count: usize) -> Type {
 #[derive(Debug)]
 pub(super) struct MeshData {
     pub attributes: Vec<(Semantic, Values)>,
-    /// In the order that suits a GPU.
+    /// Indices of triangles, in an order that suits a GPU.
     pub indices: Vec<u32>,
 }
 
-/// The tangent at a vertex with some normal, where textures lie from west to east: east, up, south, and the side of the
-/// bitangent, which points north.
+/// Returns the tangent at a vertex with this normal, for textures that lie from west to east: east, up, south, and the
+/// side of the bitangent, which points north.
 pub(super) fn tangent([east, up, _]: [f32; 3]) -> [f32; 4] {
     let length = (east * east + up * up).sqrt();
-    // At right angles to the normal and to the south, so that textures lie straight.
+    // The tangent is at right angles to the normal and to the south, so that textures lie straight.
     if length > 0.0 { [up / length, -east / length, 0.0, 1.0] } else { [1.0, 0.0, 0.0, 1.0] }
 }
 
-/// What the raster has at a place in a tile, in [parts](PARTS) of a cell: that of a vertex, or between vertices the mean of those
-/// around by how near they are.
+/// Returns the raster's value at a place in a tile, in [parts](PARTS) of a cell: the value of a vertex or, between
+/// vertices, the mean of those around, weighted by nearness.
 pub(super) fn between<const N: usize>(tile: &Tile, place: [u32; 2], at: impl Fn(i64, i64) -> [f32; N]) -> [f32; N] {
     let area = tile.area();
     let [(x, u), (y, v)] = [(area.x0, 0), (area.y0, 1)].map(|(first, axis)| {
@@ -137,13 +137,13 @@ pub(super) fn between<const N: usize>(tile: &Tile, place: [u32; 2], at: impl Fn(
     });
     let mix =
         |a: [f32; N], b: [f32; N], share: f32| std::array::from_fn(|index| a[index] + (b[index] - a[index]) * share);
-    // On an edge of the tile nothing beyond it is asked for.
+    // On the edge of the tile, vertices beyond it are not read.
     let row = |y: i64| if u == 0.0 { at(x, y) } else { mix(at(x, y), at(x + 1, y), u) };
     if v == 0.0 { row(y) } else { mix(row(y), row(y + 1), v) }
 }
 
-/// The land of a tile: positions, normals, texture coordinates, the weights of materials, and tangents if the material has a
-/// normal map. In whole numbers where the frame has them.
+/// Returns the land of a tile: positions, normals, texture coordinates, the weights of materials, and tangents if the
+/// material has a normal map. Quantised numbers are whole, and positions count the steps of the frame.
 pub(super) fn of_land(
     tile: &Tile,
     land: &Ground,
@@ -163,7 +163,7 @@ pub(super) fn of_land(
         attributes.push((Semantic::Tangents, Values::directions(normals().map(tangent), quantized)));
     }
     attributes.push((Semantic::TexCoords(0), Values::shares(in_tile, quantized)));
-    // As the blend map has them, and as Blender reads them: four in a word, for it passes over numbers of one byte alone.
+    // Weights as in the blend map, four in a word, since Blender ignores attributes of a single byte.
     let weights: Vec<[u8; 8]> = land.vertices.iter().map(|vertex| weights_at(tile, vertex)).collect();
     for (half, (name, materials)) in ["GROUND", "COVER"].into_iter().zip(Material::ALL.chunks(4)).enumerate() {
         if materials.iter().any(|material| material.is_of(ground)) {
@@ -174,7 +174,7 @@ pub(super) fn of_land(
     MeshData { attributes, indices: land.triangles.as_flattened().to_vec() }
 }
 
-/// The weights of all materials at a vertex of a ground, whose sum is 255 there too.
+/// Returns the weights of all materials at a vertex of a ground. Their sum is 255 between the raster's vertices too.
 fn weights_at(tile: &Tile, vertex: &GroundVertex) -> [u8; 8] {
     let blend = tile.blend();
     let all = |x: i64, y: i64| {
@@ -183,7 +183,7 @@ fn weights_at(tile: &Tile, vertex: &GroundVertex) -> [u8; 8] {
     };
     let mixed = between(tile, vertex.place, all);
     let mut weights = mixed.map(|weight| weight as u8);
-    // What rounding down has left goes to those that lost most by it.
+    // Give what rounding down has left to the weights that lost most by it.
     let mut order: [usize; 8] = std::array::from_fn(|channel| channel);
     order.sort_by(|a, b| mixed[*b].fract().total_cmp(&mixed[*a].fract()));
     let left = 255 - weights.iter().map(|weight| u32::from(*weight)).sum::<u32>().min(255);
@@ -193,16 +193,16 @@ fn weights_at(tile: &Tile, vertex: &GroundVertex) -> [u8; 8] {
     weights
 }
 
-/// The land of a tile without anything but its shape.
+/// Returns the land of a tile with positions alone.
 pub(super) fn positions_of_land(tile: &Tile, land: &Ground, frame: &Frame, quantized: bool) -> MeshData {
     let attributes = vec![(Semantic::Positions, positions(tile, land, frame, quantized))];
     MeshData { attributes, indices: land.triangles.as_flattened().to_vec() }
 }
 
-/// Where the vertices of the land of a tile are. In whole numbers where the frame has them.
+/// Returns the positions of the land's vertices. Quantised positions count the steps of the frame.
 fn positions(tile: &Tile, land: &Ground, frame: &Frame, quantized: bool) -> Values {
     let area = tile.area();
-    // In steps, of which the node's scale makes metres: shared vertices stay exactly where their neighbours have them.
+    // The node's scale converts steps to metres: shared vertices stay exactly where the neighbours have them.
     if quantized {
         let steps = land.vertices.iter().map(|vertex| {
             let [east, south] = frame.steps_between(&area, vertex.place).map(|steps| steps as u16);
@@ -215,13 +215,13 @@ fn positions(tile: &Tile, land: &Ground, frame: &Frame, quantized: bool) -> Valu
     }
 }
 
-/// Metres east, up and south of the corner of a tile, of a place in parts of a cell and a height.
+/// Converts a place in parts of a cell and a height to metres east, up and south of the tile's corner.
 fn placed(frame: &Frame, area: &Area, place: [u32; 2], height_m: f32) -> [f32; 3] {
     let [east, south] = frame.steps_between(area, place).map(|steps| (steps as f64 * frame.step_m()) as f32);
     [east, height_m, south]
 }
 
-/// The surface of water.
+/// Returns the surface of water as a mesh.
 pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
     let places = sheet.vertices.iter().map(|(place, height_m)| placed(frame, area, *place, *height_m));
     let side = ((area.width() - 1) as u32 * PARTS as u32) as f32;
@@ -234,7 +234,7 @@ pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
     MeshData { attributes, indices: sheet.triangles.as_flattened().to_vec() }
 }
 
-/// Some ribbons as one mesh.
+/// Returns ribbons as one mesh.
 pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame, area: &Area) -> MeshData {
     let vertices = || ribbons.iter().flat_map(|ribbon| &ribbon.vertices);
     let places = vertices().map(|vertex| {
@@ -250,7 +250,7 @@ pub(super) fn of_ribbons(ribbons: &[Ribbon], frame: &Frame, area: &Area) -> Mesh
     let mut before = 0;
     for ribbon in ribbons {
         indices.extend(ribbon.triangles.as_flattened().iter().map(|index| before + index));
-        // Indices count from the first vertex of the mesh, a ribbon's from its own.
+        // Indices count from the first vertex of the mesh, a ribbon's from the ribbon's own first vertex.
         before += ribbon.vertices.len() as u32;
     }
     MeshData { attributes, indices }

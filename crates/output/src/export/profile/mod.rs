@@ -1,8 +1,8 @@
-//! Profiles: what a program at the other end takes, chosen together.
+//! Profiles: the formats and files that a certain program takes, chosen together.
 //!
 //! ```text
 //!   mod.rs     the profiles: their formats and what they refuse
-//!   sizes.rs   region -> the nearest that a profile takes
+//!   sizes.rs   region -> the nearest region that a profile takes
 //!   notes.rs   world, region -> IMPORT.md
 //!   import_terrane.py   bake.json, GLBs -> a scene in Blender
 //! ```
@@ -33,7 +33,7 @@ use crate::world::World;
 use notes::typed;
 pub(super) use sizes::components;
 
-/// A program at the other end, and everything that it wants to be given.
+/// A program that takes the files of a bake, and all that it needs to be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
     /// Blender, with a script that builds the scene.
@@ -50,20 +50,21 @@ pub enum Profile {
     Hterrain,
 }
 
-/// The text beside the files.
+/// The text beside the exports.
 const NOTES: &str = "IMPORT.md";
 
-/// The script beside the files, and its text.
+/// The script beside the exports, and its text.
 const SCRIPT: (&str, &str) = ("import_terrane.py", include_str!("import_terrane.py"));
 
-/// Metres a vertex of Terrain3D, which clamps what lies outside. Source: `Terrain3D::set_vertex_spacing`.
+/// Range of metres between vertices in Terrain3D, which clamps other values. Source: `Terrain3D::set_vertex_spacing`.
 const TERRAIN3D_SPACING_M: [f64; 2] = [0.25, 100.0];
 
 const fn weight(stem: &'static str, material: Material) -> Image {
     Image::new(stem, &WEIGHTS[material as usize], Encoding::Png)
 }
 
-// No digit stands after an x, y, u or v in a name, but for a tile's place: Unreal would take it for one.
+// In these names no digit follows an x, y, u or v, except in the place of a tile: Unreal would take the name for that
+// of a tile.
 const UNREAL: [Image; 9] = [
     Image::new("unreal/height", &HEIGHT_STEPS, Encoding::Png),
     weight("unreal/grass", Material::Grass),
@@ -104,7 +105,7 @@ const TERRAIN3D: [Image; 4] = [
     Image::new("terrain3d/splat_cover", &COVER_WEIGHTS, Encoding::Png).owned_only(),
 ];
 
-// The names that HTerrain gives to its own maps.
+// The file names are those that HTerrain gives to its own maps.
 const HTERRAIN: [Image; 3] = [
     Image::new("hterrain/height", &WHOLE_HEIGHT_STEPS, Encoding::Raw),
     Image::new("hterrain/splat", &GROUND_WEIGHTS, Encoding::Png),
@@ -115,7 +116,7 @@ const fn engine(name: &'static str, about: &'static str, tiles: bool, images: &'
     Rasters { name, about, tiles, placed: false, images }
 }
 
-/// The formats that nothing but a profile of the same name can ask for.
+/// The formats that only the profile of the same name can ask for.
 pub(super) static FORMATS: [Rasters; 5] = [
     engine("unreal", "16-bit PNG, and a weight map a layer", false, &UNREAL),
     engine("unreal-tiled", "the same a tile, without the shared edge", true, &UNREAL_TILED),
@@ -135,10 +136,10 @@ impl Profile {
         Profile::Hterrain,
     ];
 
-    /// The options that only some exports read and that the files beside the exports say something of.
+    /// The options that only some exports read, and that the profiles' own files mention.
     pub(super) const OPTIONS: &[&str] = &["--mesh-origin"];
 
-    /// The name, as the command knows it.
+    /// Returns the name by which the command knows the profile.
     pub fn name(self) -> &'static str {
         match self {
             Profile::Blender => "blender",
@@ -150,7 +151,7 @@ impl Profile {
         }
     }
 
-    /// What the profile leaves, in a few words.
+    /// Returns a short description of the profile's files.
     pub fn about(self) -> &'static str {
         match self {
             Profile::Blender => {
@@ -164,32 +165,32 @@ impl Profile {
         }
     }
 
-    /// The levels of detail of its meshes when none are chosen.
+    /// Returns the levels of detail of the profile's meshes if none are chosen.
     pub fn lods(self) -> Lods {
         match self {
-            // Every vertex is more than Blender's window can turn around.
+            // A mesh with every vertex is more than Blender's window can turn around.
             Profile::Blender => Lods::only(1),
             _ => Lods::default(),
         }
     }
 
-    /// The vertex of the world that is the origin of a region's files where nobody asks for another one and the program does not
-    /// take the usual one.
+    /// Returns the vertex of the world that is the origin of a region's files if nobody asks for another one; `None` if
+    /// the program takes the usual origin.
     pub fn origin(self, region: &Region) -> Option<[i64; 2]> {
         (self == Profile::GodotTerrain3d).then(|| sizes::terrain3d_origin(region))
     }
 
-    /// The exports that it brings.
+    /// Returns the exports of the profile.
     pub(super) fn exports(self) -> Vec<Export> {
         let names: &[&str] = match self {
-            // It needs no format of its own; the heights are for who displaces a plane by them.
+            // Blender needs no format of its own. The heights are for users who displace a plane by them.
             Profile::Blender => &["gltf", "height"],
             _ => &[self.name()],
         };
         Export::known().filter(|export| names.contains(&export.name())).collect()
     }
 
-    /// The files that it writes besides.
+    /// Returns the files that the profile writes besides the exports.
     pub(super) fn written(self) -> &'static [&'static str] {
         match self {
             Profile::Blender => &[NOTES, SCRIPT.0],
@@ -197,10 +198,10 @@ impl Profile {
         }
     }
 
-    /// Whether it takes a region of a world.
+    /// Checks that the profile takes a region of a world.
     ///
     /// # Errors
-    /// When it does not; the hint names the nearest that it takes.
+    /// When it does not; the hint names the nearest region that it takes.
     pub(super) fn check(self, world: &World, region: &Region, meshes: &MeshOptions) -> Result<(), Error> {
         let spacing_m = world.spacing_m();
         let [least, most] = TERRAIN3D_SPACING_M;
@@ -241,11 +242,11 @@ impl Profile {
         Ok(())
     }
 
-    /// The region nearest to one that it does not take, and the options that ask for it; nothing where it takes the region.
-    /// Its tiles may have another size, which is for the caller to give to the world.
+    /// Returns the nearest region that the profile takes, and the options that ask for it; `None` if it takes the given
+    /// one. Tiles of that region may have another size, which the caller must give to the world.
     ///
     /// # Errors
-    /// When it takes none of that world.
+    /// When the profile takes no region of that world.
     pub fn fitted(self, world: &World, region: &Region) -> Result<Option<(Region, String)>, Error> {
         sizes::fitted(self, world, region)
     }

@@ -1,4 +1,4 @@
-//! IMPORT.md: what to click, and the numbers to type.
+//! IMPORT.md: instructions for the import, with the numbers to type.
 
 use std::fmt::Write;
 
@@ -22,28 +22,29 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// A height, or a difference of two, as people type it.
+    /// Formats a height, or a difference of two heights, for people to type.
     fn height(&self, height_m: f64) -> String {
         shortest(height_m, noise_m(self.min_m, self.max_m))
     }
 
-    /// What takes a height in 16 bits back to metres, in its own unit: over all steps it is off by less than a height is.
+    /// Formats a factor that takes 16-bit steps back to metres, or to another unit, with enough digits: over all steps,
+    /// the error is less than the precision of a height.
     fn factor(number: f64) -> String {
         shortest(number, number * f64::from(f32::EPSILON))
     }
 }
 
-/// A number as people type it: a millionth is finer than any engine keeps.
+/// Formats a number for people to type, to a millionth, which is finer than any engine keeps.
 pub(super) fn typed(number: f64) -> String {
     shortest(number, 1e-6)
 }
 
-/// Where a region lies in an engine: metres east and south from the origin to its edges. Two bakes with one origin lie there as they
-/// do in the world.
+/// The place of a region in an engine: its edges in metres east and south of the origin. Two bakes with the same origin
+/// lie in the engine as they do in the world.
 struct Place {
-    /// Metres east and north from the world's origin to that of the positions.
+    /// Metres east and north from the world's origin to the origin of the positions.
     origin_m: [f64; 2],
-    /// Those of the west, the north, the east and the south.
+    /// The edges of the region: west, north, east and south.
     edges_m: [f64; 4],
 }
 
@@ -59,13 +60,14 @@ impl Place {
         }
     }
 
-    /// The origin as the command takes it.
+    /// Returns the command's option for this origin.
     fn option(&self) -> String {
         let [east, north] = self.origin_m.map(typed);
         format!("--mesh-origin {east},{north}")
     }
 
-    /// How other bakes come to lie beside this one, and what becomes of positions that are far from the origin.
+    /// Returns the text on how other bakes come to lie beside this one, and on the precision of positions far from the
+    /// origin.
     fn beside(&self) -> String {
         let [east, north] = self.origin_m.map(typed);
         let mut text = format!(
@@ -99,15 +101,15 @@ impl Place {
     }
 }
 
-/// Metres that positions in an engine may be apart at most before anybody sees it.
+/// Largest distance in metres between neighbouring positions in an engine at which nobody sees them tremble.
 const FINE_M: f64 = 0.001;
 
-/// How far Blender's camera and windows see, in sides of the region, and how near: as its script sets them, so that what
-/// is typed by hand is the same. From outside a region is seen whole from about two sides away.
+/// Clip distances of Blender's camera and windows, far and near, in sides of the region. The script sets the same
+/// values. Seen from outside, a region is in view as a whole from about two sides away.
 const CLIP_SIDES: f64 = 12.0;
 const CLIP_START_SIDES: f64 = 1e-4;
 
-/// A table of two columns.
+/// Returns a Markdown table of two columns.
 fn table(heads: [&str; 2], rows: &[(&str, String)]) -> String {
     let [what, value] = heads;
     let mut text = format!("| {what} | {value} |\n|---|---|\n");
@@ -117,7 +119,7 @@ fn table(heads: [&str; 2], rows: &[(&str, String)]) -> String {
     text
 }
 
-/// The text of IMPORT.md.
+/// Returns the text of IMPORT.md.
 pub(super) fn notes(profile: Profile, request: &Request) -> String {
     let Request { name: preset_name, world, ref region, meshes, height_range_m, .. } = *request;
     let (min_m, max_m) = height_range_m;
@@ -139,11 +141,11 @@ pub(super) fn notes(profile: Profile, request: &Request) -> String {
         Profile::Unity => ("Unity", unity(region, &place, &numbers)),
         Profile::Hterrain => ("Godot, HTerrain", hterrain(height_range_m, region, &place, &numbers)),
     };
-    // Blender's script places further bakes itself, and its text says how it is done by hand.
+    // Blender's script places further bakes itself, and its text tells how to do so by hand.
     let beside = if profile == Profile::Blender { String::new() } else { place.beside() };
     let tiles = |count: u64| if count == 1 { "tile" } else { "tiles" };
     let about = table(
-        // In a table a stroke would begin the next column.
+        // In a table, a vertical bar would begin the next column.
         ["World", &preset_name.replace('|', "\\|")],
         &[
             ("seed", world.seed().to_string()),
@@ -247,7 +249,7 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
                 ("Texture, *Image*, *Open*", "`height/height.png`".into()),
                 ("Texture, *Image*, *Color Space*", "Non-Color".into()),
                 ("Texture, *Mapping*, *Extension*", "Extend".into()),
-                // Blender 4.5 reads past the last texel with the filter that it has by default.
+                // With its default filter, Blender 4.5 reads past the last texel.
                 ("Texture, *Sampling*, *Filter Size*", "0.1".into()),
                 ("Coordinates", "UV".into()),
                 ("Direction", "Z".into()),
@@ -263,18 +265,18 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
     )
 }
 
-/// A share of a picture as people type it: finer than a thousandth of a texel.
+/// Formats a share of a picture for people to type, finer than a thousandth of a texel.
 fn typed_share(share: f64) -> String {
     shortest(share, 1e-8)
 }
 
 fn unreal(region: &Region, place: &Place, numbers: &Numbers, tiled: bool) -> String {
-    // Tiles that share no vertex leave out the last column and row.
+    // Landscapes of tiles without shared vertices lack the last column and row.
     let less = u64::from(tiled);
     let (width, height) = (region.width() - less, region.height() - less);
     let parts = components(width, height).expect("the plan has checked the size");
     let sections = format!("{0}x{0}", parts.sections);
-    // A step of 16 bits is ScaleZ / 12800 m, and the value 32768 lies at the landscape's own height.
+    // A 16-bit step is ScaleZ / 12800 m, and the value 32768 lies at the landscape's own height.
     let scale_z = numbers.step_m * 12_800.0;
     let location_z = (numbers.min_m + 32_768.0 * numbers.step_m) * 100.0;
     let layers = Material::ALL.map(|material| format!("`{}`", material.name())).join(", ");
@@ -327,7 +329,7 @@ fn unreal(region: &Region, place: &Place, numbers: &Numbers, tiled: bool) -> Str
 fn unity(region: &Region, place: &Place, numbers: &Numbers) -> String {
     let cells = region.tile_cells();
     let side_m = f64::from(cells) * numbers.spacing_m;
-    // Z counts to the north, and terrains from the south.
+    // Unity's z counts to the north, and terrains are numbered from the south.
     let [west_m, _, _, south_m] = place.edges_m;
     let [west, south] = [west_m, 0.0 - south_m].map(typed);
     let last = format!("{}_{}", region.cols() - 1, region.rows() - 1);
@@ -369,7 +371,7 @@ fn unity(region: &Region, place: &Place, numbers: &Numbers) -> String {
 
 fn terrain3d(region: &Region, origin: [i64; 2], place: &Place, numbers: &Numbers) -> String {
     let cells = u64::from(region.tile_cells());
-    // The importer counts vertices, and a region of Terrain3D is a tile.
+    // Terrain3D's importer counts vertices, and a region of Terrain3D is a tile.
     let corner = region.at().area(region.tile_cells());
     let position = format!("{}, {}", corner.x0 - origin[0], corner.y0 - origin[1]);
     let (width, height) = (region.width() - 1, region.height() - 1);

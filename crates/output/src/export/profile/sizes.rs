@@ -1,4 +1,4 @@
-//! Which sizes the engines take, and the nearest of them to what is asked for.
+//! Sizes of regions that the engines take, and the nearest of them to the size asked for.
 
 use super::Profile;
 use crate::area::{Region, TileId};
@@ -7,22 +7,23 @@ use crate::mesh::{default_origin, middle};
 use crate::preset::TILE_CELLS;
 use crate::world::World;
 
-/// Sides of Unreal's landscapes, in vertices. Source: its technical guide.
+/// Sides of Unreal's landscapes in vertices. Source: its technical guide.
 const UNREAL: [u64; 7] = [8129, 4033, 2017, 1009, 505, 253, 127];
 
-/// Quads a section and sections a side of a component of Unreal's landscapes, the best first: few large components are
-/// faster than many small ones, down to those of which a landscape would need too many.
+/// Quads of a section and sections of a component, each along a side, of Unreal's landscapes. The best come first: few
+/// large components are faster than many small ones. The last are so small that a landscape needs too many.
 const SECTIONS: [(u64, u64); 8] = [(63, 2), (127, 2), (127, 1), (63, 1), (255, 1), (255, 2), (31, 2), (31, 1)];
 
-/// Components a side of Unreal's landscapes: its editor clamps there. Source: `LandscapeEditorObject.h`, which also has the
-/// advice of at most 1024 in all.
+/// Largest number of components along a side of Unreal's landscapes: the editor clamps there. Source:
+/// `LandscapeEditorObject.h`, which also advises at most 1024 in all.
 const MOST_COMPONENTS: u64 = 32;
 
-/// Regions of Terrain3D each way, and the largest image that Godot loads.
+/// Largest number of regions of Terrain3D each way, and the largest side of an image that Godot loads.
 const TERRAIN3D: (u64, u64) = (32, 16_384);
 
-/// The origin of a terrain of Terrain3D that takes a region: that of the meshes; or, where the region would leave the regions that
-/// are around it, the nearest of those that are a whole terrain apart, or else the corner of tiles in the middle of the region.
+/// Returns the origin of a terrain of Terrain3D that takes a region. It is the origin of the meshes, if the region lies
+/// within the regions around it; else the nearest place that is a multiple of a whole terrain from the world's origin;
+/// or else the corner of tiles in the middle of the region.
 pub(super) fn terrain3d_origin(region: &Region) -> [i64; 2] {
     let cells = i64::from(region.tile_cells());
     let (usual, middle) = (default_origin(region), middle(region).map(|at| at.div_euclid(cells) * cells));
@@ -34,12 +35,12 @@ pub(super) fn terrain3d_origin(region: &Region) -> [i64; 2] {
     })
 }
 
-/// Whether a region is within the regions around the origin of a terrain of Terrain3D, and on their lattice.
+/// Tells whether a region lies within the regions around the origin of a terrain of Terrain3D, and on their lattice.
 pub(super) fn is_on_terrain3d(region: &Region, origin: [i64; 2]) -> bool {
     [0, 1].iter().all(|axis| fits_terrain3d(region, *axis, origin[*axis]))
 }
 
-/// The same of the columns, or of the rows.
+/// Tells the same of the columns alone (axis 0), or of the rows (axis 1).
 fn fits_terrain3d(region: &Region, axis: usize, origin: i64) -> bool {
     let (cells, half) = (i64::from(region.tile_cells()), TERRAIN3D.0 as i64 / 2);
     let first = [region.at().x, region.at().y][axis] - origin.div_euclid(cells);
@@ -47,8 +48,8 @@ fn fits_terrain3d(region: &Region, axis: usize, origin: i64) -> bool {
     origin.rem_euclid(cells) == 0 && first >= -half && first + count <= half
 }
 
-/// A landscape's components: quads a section, sections a component side, and how many from west to east and from north to
-/// south.
+/// A landscape's components: quads of a section and sections of a component, each along a side, and the numbers of
+/// components from west to east and from north to south.
 pub(in crate::export) struct Components {
     pub quads: u64,
     pub sections: u64,
@@ -56,11 +57,13 @@ pub(in crate::export) struct Components {
     pub rows: u64,
 }
 
-/// The components of a landscape of `width` x `height` vertices, if any fit exactly and the editor takes so many.
+/// Returns the components of a landscape of `width` x `height` vertices, if they fit exactly and the editor takes that
+/// many.
 pub(in crate::export) fn components(width: u64, height: u64) -> Option<Components> {
     SECTIONS.into_iter().find_map(|(quads, sections)| {
         let side = quads * sections;
-        // Neighbouring components share a row of vertices, so one is left over.
+        // Neighbouring components share a row of vertices, so a landscape has one row more than its components have
+        // quads.
         let fits = |vertices: u64| {
             vertices > 1 && (vertices - 1).is_multiple_of(side) && (vertices - 1) / side <= MOST_COMPONENTS
         };
@@ -73,7 +76,7 @@ pub(in crate::export) fn components(width: u64, height: u64) -> Option<Component
     })
 }
 
-/// A size of tile and region.
+/// A size of a tile in cells, and of a region in tiles.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Size {
     cells: u64,
@@ -82,7 +85,7 @@ struct Size {
 }
 
 impl Profile {
-    /// The sizes that the program takes, in words.
+    /// Returns the sizes that the program takes, in words.
     fn rule(self) -> &'static str {
         match self {
             Profile::Blender => "any size",
@@ -99,7 +102,7 @@ impl Profile {
         }
     }
 
-    /// Whether it takes regions of that size.
+    /// Tells whether the program takes regions of a size.
     fn takes(self, Size { cells, cols, rows }: Size) -> bool {
         let (width, height) = (cells * cols + 1, cells * rows + 1);
         match self {
@@ -120,7 +123,7 @@ impl Profile {
         }
     }
 
-    /// The most cells of a side that it takes, where there is a bound.
+    /// Returns the most cells that the program takes along a side; `u64::MAX` if there is no bound.
     fn max_cells(self) -> u64 {
         match self {
             Profile::Unreal => 8128,
@@ -132,10 +135,10 @@ impl Profile {
     }
 }
 
-/// Whether a profile takes a region.
+/// Checks that a profile takes a region.
 ///
 /// # Errors
-/// When it does not; the hint names the options of the nearest that it takes.
+/// When it does not; the hint names the options of the nearest region that it takes.
 pub(super) fn check(profile: Profile, world: &World, region: &Region) -> Result<(), Error> {
     let asked = Size { cells: u64::from(region.tile_cells()), cols: region.cols(), rows: region.rows() };
     if profile.takes(asked) {
@@ -158,10 +161,10 @@ pub(super) fn check(profile: Profile, world: &World, region: &Region) -> Result<
     Err(Error::Region { message, hint })
 }
 
-/// The region nearest to one that a profile does not take, and what asks for it; nothing where it takes the region.
+/// Returns the nearest region that a profile takes, and the options that ask for it; `None` if it takes the given one.
 ///
 /// # Errors
-/// When it takes none of the world.
+/// When the profile takes no region of the world.
 pub(super) fn fitted(profile: Profile, world: &World, region: &Region) -> Result<Option<(Region, String)>, Error> {
     let asked = Size { cells: u64::from(region.tile_cells()), cols: region.cols(), rows: region.rows() };
     if profile.takes(asked) {
@@ -173,21 +176,21 @@ pub(super) fn fitted(profile: Profile, world: &World, region: &Region) -> Result
     Ok(Some((fitted, options(size, asked, region.at(), world))))
 }
 
-/// The tile of a size whose corner lies nearest to that of the tile asked for.
+/// Returns the tile of a size whose corner lies nearest to the corner of the tile asked for.
 fn moved(size: Size, asked: Size, at: TileId) -> TileId {
     if size.cells == asked.cells {
         return at;
     }
     let moved = |tile: i64| {
-        // In whole numbers and wide ones: tiles may be far from the origin.
+        // Compute in wide whole numbers: tiles may be far from the origin.
         let (vertex, cells) = (i128::from(tile) * i128::from(asked.cells), i128::from(size.cells));
-        // What leaves 64 bits is refused as a region that leaves the coordinates.
+        // A tile beyond 64 bits is refused like a region that leaves the coordinates.
         (vertex + cells / 2).div_euclid(cells).clamp(i64::MIN.into(), i64::MAX.into()) as i64
     };
     TileId { x: moved(at.x), y: moved(at.y) }
 }
 
-/// The options that ask for a size near a tile, and what else becomes of the world by it.
+/// Returns the options that ask for a size near a tile, and a note on what else changes in the world.
 fn options(size: Size, asked: Size, at: TileId, world: &World) -> String {
     let Size { cells, cols, rows } = size;
     if cells == asked.cells {
@@ -204,22 +207,23 @@ fn options(size: Size, asked: Size, at: TileId, world: &World) -> String {
     format!("--tile-cells {cells} --size {cols}x{rows}{at}{note}")
 }
 
-/// How many tiles more or fewer than the nearest count are tried: all remainders by the largest component that a smaller
-/// tile does not reach by its own size.
+/// Largest difference from the nearest number of tiles that is tried. This covers all remainders modulo the largest
+/// component that a smaller tile does not reach by its own size.
 const TRIED: u64 = 12;
 
-/// The size that a profile takes and that is nearest to the one asked for: in metres first, then in tiles.
+/// Returns the size that a profile takes and that is nearest to the one asked for, mainly in the sides of the region,
+/// then in those of a tile.
 fn nearest(profile: Profile, world: &World, asked: Size) -> Option<Size> {
     let total = |count: u64| count.saturating_mul(asked.cells).min(profile.max_cells());
     let (width, height) = (total(asked.cols), total(asked.rows));
     let mut best: Option<(f64, Size)> = None;
     for cells in TILE_CELLS {
-        // Counts of tiles that come nearest in metres, and some around them.
+        // The number of tiles that comes nearest to the side, and some around it.
         let counts = |total: u64| {
             let near = (total.saturating_add(u64::from(cells) / 2) / u64::from(cells)).max(1);
             near.saturating_sub(TRIED).max(1)..=near.saturating_add(TRIED)
         };
-        // Checked once a tile size, and only if it would win.
+        // The preset is checked once for each tile size, and only for a size that would win.
         let mut possible = None;
         for cols in counts(width) {
             for rows in counts(height) {
@@ -227,7 +231,7 @@ fn nearest(profile: Profile, world: &World, asked: Size) -> Option<Size> {
                 if !profile.takes(size) {
                     continue;
                 }
-                // By how much the greater exceeds the smaller: twice is as far off as half.
+                // Share by which the greater number exceeds the smaller: twice is as far off as half.
                 let off = |a: u64, b: u64| a.max(b) as f64 / a.min(b) as f64 - 1.0;
                 let size_off = off(cols * size.cells, width) + off(rows * size.cells, height);
                 let score = size_off + off(size.cells, asked.cells) / 4.0;
@@ -252,10 +256,10 @@ mod tests {
         for (at, origin) in [
             (region(0, 0, 8, 8), [0, 0]),
             (region(-16, 8, 32, 8), [0, 0]),
-            // These two are neighbours, and beyond the regions around the world's origin.
+            // These two are neighbours, and lie beyond the regions around the world's origin.
             (region(28, 4, 8, 8), [32, 0]),
             (region(36, 4, 8, 8), [32, 0]),
-            // Nothing but its own middle has room for this one.
+            // Only an origin in its own middle has room for this region.
             (region(10, 0, 20, 1), [20, 0]),
             (region(1_000_000_000, -3, 2, 2), [1_000_000_000, 0]),
         ] {
@@ -288,7 +292,7 @@ mod tests {
         }
         assert!(components(2048, 2048).is_none());
         assert!(components(8129, 4033).is_none());
-        // A component of 31 quads would fit, and the editor takes no more than 32.
+        // Components of 31 quads fit, but the editor takes at most 32 of them.
         assert!(components(32 * 31 + 1, 32 * 31 + 1).is_some() && components(33 * 31 + 1, 31 + 1).is_none());
     }
 }

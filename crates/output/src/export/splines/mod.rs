@@ -1,11 +1,11 @@
-//! Splines: roads and rivers as points that engines make curves of, in the frame of the meshes.
+//! Splines: roads and rivers as knots of curves for engines, in the frame of the meshes.
 //!
 //! ```text
 //!   thin.rs              points of a line -> the knots of a curve that stays near it
-//!   README.template.md   what the columns are, and what engines make of the axes
+//!   README.template.md   the columns, and how engines convert the axes
 //! ```
 //!
-//! x is east, y is up, z is south, in metres from the origin of the meshes (`--mesh-origin`). What engines make of it:
+//! x is east, y is up, z is south, in metres from the origin of the meshes (`--mesh-origin`). Engines convert them so:
 //!
 //! | Engine | Position | Axes |
 //! |---|---|---|
@@ -14,8 +14,8 @@
 //! | Godot | `(x, y, z)` | right-handed, +Z south |
 //! | Houdini | `(x, y, z)` | right-handed, +Z south |
 //!
-//! Lines are cut at the edge of the region, and what is left of one has its parts numbered. A line that lies in the region as a whole has
-//! the same knots in every region.
+//! Lines are cut at the edge of the region, and the parts of a line inside are numbered. A line that lies in the region
+//! as a whole has the same knots in every region.
 
 mod thin;
 
@@ -43,18 +43,18 @@ use crate::tile::Tile;
 use crate::watch::Watch;
 use thin::{MISS_M, thinned};
 
-/// The folder of the files in that of the bake.
+/// Folder of the files within that of the bake.
 const FOLDER: &str = "splines";
 
 const TEXT: &str = include_str!("README.template.md");
 
-/// The heads of the text of a layer, by its number among [`SPLINES`].
+/// Header of each table, by the number of its layer among [`SPLINES`].
 const HEADS: [&str; 2] = [
     "id,part,whole,name,class,index,x_m,y_m,z_m,width_m,along_m,structure\n",
     "id,part,whole,name,order,index,x_m,y_m,z_m,width_m,along_m,discharge_m3s\n",
 ];
 
-/// Splines, as a format: two tables, the same as JSON, and what to do with them.
+/// The format of splines: two tables, the same as JSON, and a README.
 pub(crate) struct Splines;
 
 impl Format for Splines {
@@ -87,11 +87,11 @@ impl Format for Splines {
     }
 }
 
-/// The files under way.
+/// The files being written.
 struct SplineSink<'a> {
     region: Region,
     spacing_m: f64,
-    /// Metres east and north of the world's origin of that of the meshes.
+    /// Origin of the meshes, in metres east and north of the world's origin.
     origin_m: [f64; 2],
     store: FeatureStore<'a>,
     out: PathBuf,
@@ -116,7 +116,7 @@ impl<'a> SplineSink<'a> {
         Ok(SplineSink {
             region,
             spacing_m,
-            // Not the negative, which has a zero of its own.
+            // Subtract from 0.0: negation would make -0.0 of 0.0.
             origin_m: [x, 0.0 - y],
             store: FeatureStore::of_layers(request, SPLINES, &out.join(FOLDER).join("lines"))?,
             out: out.to_owned(),
@@ -124,7 +124,7 @@ impl<'a> SplineSink<'a> {
         })
     }
 
-    /// What the JSON says before its lines.
+    /// Returns the JSON before its lines.
     fn head(&self) -> String {
         let [east_m, north_m] = self.origin_m;
         let head = json!({
@@ -140,7 +140,7 @@ impl<'a> SplineSink<'a> {
         format!("{open},\n  \"splines\": [")
     }
 
-    /// Writes what of a line lies in the region.
+    /// Writes the parts of a line that lie in the region.
     fn add(&self, files: &mut Files, layer: usize, values: &[Value], line: &[Vec<[f64; 3]>]) -> Result<(), Error> {
         let [points, of_points] = line else { unreachable!("a spline has its points and their values") };
         let Some(whole) = Whole::new(points, of_points) else { return Ok(()) };
@@ -202,16 +202,16 @@ impl Sink for SplineSink<'_> {
     }
 }
 
-/// A line with all that is known of its points, no two of which in a row are at the same place.
+/// A line with the values of its points. No two points in a row are at the same place.
 struct Whole {
     points: Vec<[f64; 3]>,
-    /// Width, discharge, and the number of what carries each.
+    /// Width, discharge, and the number of the structure that carries each point; 0 for the ground.
     values: Vec<[f64; 3]>,
-    /// Metres from the start to each, seen from above.
+    /// Metres from the start to each point, seen from above.
     along_m: Vec<f64>,
 }
 
-/// A point of a curve.
+/// A knot of a curve.
 struct Knot {
     /// Metres east, north and up.
     at: [f64; 3],
@@ -222,7 +222,7 @@ struct Knot {
 }
 
 impl Whole {
-    /// A line of points; `None` where all are at one place, as of a pool.
+    /// Makes a line of points; `None` if all are at one place, as those of a pool.
     fn new(points: &[[f64; 3]], values: &[[f64; 3]]) -> Option<Whole> {
         let mut both: Vec<([f64; 3], [f64; 3])> = points.iter().copied().zip(values.iter().copied()).collect();
         both.dedup_by(|next, before| next.0 == before.0);
@@ -231,9 +231,11 @@ impl Whole {
         (points.len() > 1).then_some(Whole { points, values, along_m })
     }
 
-    /// Its parts in a region, as places on it: whole numbers are points, and between two it is the share of the way.
+    /// Returns the line's parts in a region, as positions on the line: a whole number is a point, a fraction the share
+    /// of the way to the next one.
     fn parts(&self, clip: impl FnOnce(Vec<[f64; 3]>) -> Vec<Vec<Vec<[f64; 3]>>>) -> Vec<Vec<f64>> {
-        // The number in the place of the height: it is mixed where the edge is crossed.
+        // Put the number of each point in the place of its height: clipping then interpolates it where a line crosses
+        // the edge.
         let numbered = self.points.iter().zip(0_u32..).map(|([east, north, _], at)| [*east, *north, f64::from(at)]);
         let parts = clip(numbered.collect()).into_iter().flatten();
         let places = parts.map(|part| part.into_iter().map(|[.., at]| at).collect::<Vec<f64>>());
@@ -250,7 +252,7 @@ impl Whole {
         let share = at - index as f64;
         let mix = |a: f64, b: f64| a + (b - a) * share;
         let [here, next] = [index, index + 1].map(|index| self.values[index]);
-        // Between two points a structure carries what carries both.
+        // A place between two points is on a structure if both points are on one of the same kind.
         let carrier = match share {
             0.0 => here[2],
             1.0 => next[2],
@@ -266,10 +268,10 @@ impl Whole {
         }
     }
 
-    /// The knots of a part.
+    /// Returns the knots of a part.
     fn knots(&self, part: &[f64]) -> Vec<Knot> {
         let points: Vec<[f64; 3]> = part.iter().map(|at| self.at(*at).at).collect();
-        // Where a structure begins and ends there is a knot.
+        // A structure begins and ends at a knot.
         let carriers: Vec<Option<StructureKind>> = part.iter().map(|at| self.at(*at).carrier).collect();
         let differs = |index: usize, other: Option<usize>| {
             let other = other.and_then(|other| carriers.get(other)).copied().flatten();
@@ -289,7 +291,7 @@ impl Whole {
 /// A part of a line, ready to be written.
 struct Spline<'a> {
     layer: usize,
-    /// Of the line: id, name, class, order.
+    /// Attributes of the line: id, name, class, order.
     values: &'a [Value],
     number: usize,
     is_whole: bool,
@@ -302,13 +304,13 @@ impl Spline<'_> {
         self.layer == 1
     }
 
-    /// Metres east, up and south of the meshes' origin, the width, and how far along.
+    /// Returns metres east, up and south of the meshes' origin, the width, and the distance along the line.
     fn numbers(&self, knot: &Knot) -> [f64; 5] {
         let [east, north, up] = knot.at;
         [east - self.origin_m[0], up, self.origin_m[1] - north, knot.width_m, knot.along_m]
     }
 
-    /// Its rows in a table.
+    /// Returns the rows of the table.
     fn rows(&self) -> String {
         let [id, name, class, order] = self.values else { unreachable!("a spline has these columns") };
         let kind = if self.is_river() { order } else { class };
@@ -332,7 +334,7 @@ impl Spline<'_> {
         text
     }
 
-    /// The same as JSON, on a line of its own.
+    /// Returns the spline as JSON, on a line of its own.
     fn json(&self) -> String {
         let [id, name, class, order] = self.values else { unreachable!("a spline has these columns") };
         let kind = if self.is_river() { "river" } else { "road" };
@@ -360,7 +362,7 @@ impl Spline<'_> {
         text + "]}"
     }
 
-    /// Its structures, each with its first knot and its last.
+    /// Returns the structures, each with its first and its last knot.
     fn structures(&self) -> Vec<serde_json::Value> {
         let (mut structures, mut first) = (Vec::new(), 0);
         for run in self.knots.chunk_by(|a, b| a.carrier == b.carrier) {
@@ -374,14 +376,14 @@ impl Spline<'_> {
     }
 }
 
-/// A value as a table has it.
+/// Returns a value as a cell of a table.
 fn cell(value: &Value) -> String {
     match value {
         Value::Nothing => String::new(),
         Value::Integer(number) => number.to_string(),
         Value::Real(number) => number.to_string(),
         Value::Real32(number) => number.to_string(),
-        // RFC 4180.
+        // Quotes as in RFC 4180.
         Value::Text(text) if text.contains([',', '"', '\n']) => format!("\"{}\"", text.replace('"', "\"\"")),
         Value::Text(text) => text.clone(),
     }

@@ -1,24 +1,26 @@
-//! The knots of a line: so few points of it that a curve through them stays as near to the line as is said.
+//! The knots of a line: as few of its points as keep a curve through them within a set distance of the line.
 //!
-//! The curve is the uniform Catmull-Rom spline: at each knot it runs along the half of the way from the knot before to the knot
-//! after. Based on: E. Catmull, R. Rom, "A class of local interpolating splines", 1974. Beyond the ends it is as if the line
-//! went on as it came: by the mirror image of the second knot.
+//! The curve is the uniform Catmull-Rom spline: its tangent at a knot is half of the way from the knot before to the
+//! knot after. Based on: E. Catmull, R. Rom, "A class of local interpolating splines", 1974. Beyond an end, the mirror
+//! image of the knot next to it stands for the missing knot, as if the line went on as it came.
 //!
-//! A span much shorter than its neighbour would be overshot, so neighbours are never more than [`MOST_RATIO`] as long. Where
-//! the curve is too far off, the span is halved; so curve and line come together, at corners too.
+//! In a span much shorter than its neighbour the curve would overshoot, so no span is more than [`MOST_RATIO`] times as
+//! long as a neighbour. A span whose curve is too far off is halved, so that curve and line come together, at corners
+//! too.
 
 use crate::geometry::come;
 
-/// Metres by which the curve may miss the line, and the line the curve.
+/// Largest distance in metres between the curve and the line.
 pub(super) const MISS_M: f64 = 0.5;
 
-/// The same while knots are chosen: less, for what lies between the places that are looked at, and for what is rounded.
+/// The same limit while knots are chosen. It is stricter, because places between the compared ones may be further off
+/// and numbers are rounded.
 const CHOSEN_M: f64 = 0.9 * MISS_M;
 
-/// How many times as long as its neighbour a span may be.
+/// Largest ratio of the length of a span to that of its neighbour.
 const MOST_RATIO: f64 = 3.0;
 
-/// Places of a span at which curve and line are compared.
+/// Number of steps along a span at whose ends curve and line are compared.
 const LOOKS: u32 = 16;
 
 type Place = [f64; 3];
@@ -31,7 +33,7 @@ fn distance(a: Place, b: Place) -> f64 {
     [0, 1, 2].map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).iter().sum::<f64>().sqrt()
 }
 
-/// The distance from a place to the straight line between two.
+/// Returns the distance from a place to the straight line between two places.
 fn distance_to_piece(place: Place, [from, to]: [Place; 2]) -> f64 {
     let dot = |a: Place, b: Place| (0..3).map(|axis| (a[axis] - from[axis]) * (b[axis] - from[axis])).sum::<f64>();
     let square = dot(to, to);
@@ -39,7 +41,7 @@ fn distance_to_piece(place: Place, [from, to]: [Place; 2]) -> f64 {
     distance(place, mix(from, to, share))
 }
 
-/// The place of the curve at a share of the span from the second of four knots to the third.
+/// Returns the place of the curve at a share of the span from the second of four knots to the third.
 pub(super) fn on_curve([before, from, to, after]: [Place; 4], share: f64) -> Place {
     let (square, cube) = (share * share, share * share * share);
     [0, 1, 2].map(|axis| {
@@ -51,7 +53,7 @@ pub(super) fn on_curve([before, from, to, after]: [Place; 4], share: f64) -> Pla
     })
 }
 
-/// The four knots that a span's curve is made of.
+/// Returns the four knots that shape the curve of a span.
 pub(super) fn around(knots: &[Place], span: usize) -> [Place; 4] {
     let mirrored = |of: Place, at: Place| [0, 1, 2].map(|axis| 2.0 * at[axis] - of[axis]);
     let [from, to] = [knots[span], knots[span + 1]];
@@ -60,7 +62,8 @@ pub(super) fn around(knots: &[Place], span: usize) -> [Place; 4] {
     [before, from, to, after]
 }
 
-/// A line whose knots are looked for. Places on it are numbers: a whole one is a point, and between two the share of the way.
+/// A line whose knots are sought. Positions on it are numbers: a whole number is a point, a fraction the share of the
+/// way to the next one.
 struct Thinned<'a> {
     points: &'a [Place],
     /// Metres from the start to each point.
@@ -78,24 +81,24 @@ impl Thinned<'_> {
         self.come_m[index] + (self.come_m[index + 1] - self.come_m[index]) * (at - index as f64)
     }
 
-    /// The points between two places, with these.
+    /// Returns the points between two positions, together with the positions themselves.
     fn between(&self, from: f64, to: f64) -> Vec<Place> {
         let inner = (from.floor() as usize + 1)..(to.ceil() as usize);
         let inner = inner.map(|index| self.points[index]);
         std::iter::once(self.place(from)).chain(inner).chain([self.place(to)]).collect()
     }
 
-    /// The place by which a span is parted: a point of the line about in its middle, or the middle itself.
+    /// Returns the position at which a span is halved: a point of the line near the middle, or the middle itself.
     fn middle(&self, from: f64, to: f64) -> f64 {
         let half_m = f64::midpoint(self.metres(from), self.metres(to));
         let (first, last) = (from.floor() as usize + 1, to.ceil() as usize);
-        // Points between the ends; none in a straight piece.
+        // Points between the ends; there are none in a straight piece.
         let nearest = (first..last).min_by(|a, b| {
             let off = |index: usize| (self.come_m[index] - half_m).abs();
             off(*a).total_cmp(&off(*b))
         });
         let quarter_m = (self.metres(to) - self.metres(from)) / 4.0;
-        // One next to an end would leave nearly all in one half.
+        // A point close to an end would leave nearly all of the span in one half.
         if let Some(index) = nearest.filter(|index| (self.come_m[*index] - half_m).abs() <= quarter_m) {
             return index as f64;
         }
@@ -104,9 +107,9 @@ impl Thinned<'_> {
         index as f64 + if piece_m > 0.0 { ((half_m - self.come_m[index]) / piece_m).min(1.0) } else { 0.5 }
     }
 
-    /// Whether a span's curve and the line are nowhere too far from each other.
+    /// Tells whether a span's curve and the line are close to each other everywhere.
     fn is_near(&self, knots: &[f64], span: usize) -> bool {
-        // The four that its curve is made of.
+        // The four knots that shape the curve of the span.
         let first = span.saturating_sub(1);
         let places: Vec<Place> = knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
         let corners = around(&places, span - first);
@@ -122,19 +125,19 @@ impl Thinned<'_> {
 }
 
 impl Thinned<'_> {
-    /// Whether a span is more than [`MOST_RATIO`] times as long as one of its neighbours.
+    /// Tells whether a span is more than [`MOST_RATIO`] times as long as one of its neighbours.
     fn is_too_long(&self, knots: &[f64], span: usize) -> bool {
         let length_m = |span: usize| Some(self.metres(*knots.get(span + 1)?) - self.metres(knots[span]));
         let beside = [span.checked_sub(1), Some(span + 1)].into_iter().flatten().filter_map(length_m);
         length_m(span).is_some_and(|length_m| length_m > MOST_RATIO * beside.fold(f64::INFINITY, f64::min))
     }
 
-    /// Whether all is well with some spans.
+    /// Tells whether none of some spans is too long or too far from the line.
     fn is_good(&self, knots: &[f64], mut spans: impl Iterator<Item = usize>) -> bool {
         spans.all(|span| !self.is_too_long(knots, span) && self.is_near(knots, span))
     }
 
-    /// Halves spans until all is well.
+    /// Halves spans until all are good.
     fn part(&self, mut knots: Vec<f64>) -> Vec<f64> {
         loop {
             let mut parted = vec![knots[0]];
@@ -151,8 +154,8 @@ impl Thinned<'_> {
         }
     }
 
-    /// Leaves out the knots without which all is well too: halves are smaller than they need be, and of those that bends asked for
-    /// some were in the way of others.
+    /// Removes knots that are not needed to keep all spans good. Halving makes spans shorter than necessary, and some
+    /// of the knots that bends needed are in the way of others.
     fn thin(&self, knots: &mut Vec<f64>, is_fixed: impl Fn(f64) -> bool) {
         loop {
             let before = knots.len();
@@ -163,7 +166,7 @@ impl Thinned<'_> {
                     continue;
                 }
                 let knot = knots.remove(at);
-                // The span that takes its place, and those two to each side whose curve or neighbour it is.
+                // The joined span, and the two spans to each side, whose curve or whose neighbour has changed.
                 let spans = at.saturating_sub(3)..(at + 2).min(knots.len() - 1);
                 if !self.is_good(knots, spans) {
                     knots.insert(at, knot);
@@ -177,7 +180,7 @@ impl Thinned<'_> {
     }
 }
 
-/// The knots of a line, as places on it, from its first point to its last; among them those that are `fixed`.
+/// Returns the knots of a line as positions on it, from the first point to the last; all `fixed` points are among them.
 ///
 /// The line has at least two points, and no two in a row are the same.
 pub(super) fn thinned(points: &[Place], fixed: &[bool]) -> Vec<f64> {
@@ -221,7 +224,7 @@ mod tests {
     fn the_curve_is_as_near_as_promised_also_at_corners() {
         let wave = |index: i32| [f64::from(index) * 15.0, 200.0 * (f64::from(index) / 9.0).sin(), f64::from(index % 7)];
         let corner = |index: i32| [f64::from(index.min(20)) * 30.0, f64::from((index - 20).max(0)) * 30.0, 0.0];
-        // Back the way that it came.
+        // The line goes back the way that it came.
         let hairpin = |index: i32| [200.0 - f64::from((index - 20).abs()) * 10.0, f64::from(index / 20), 0.0];
         for line in [wave, corner, hairpin] {
             let points: Vec<Place> = (0..=40).map(line).collect();

@@ -2,7 +2,7 @@
 
 use crate::features::layer::{Geometry, Shape};
 
-/// A rectangle in metres east and north: the standards' word for what is around geometries.
+/// A rectangle in metres east and north. The standards call the bounding box of geometries an envelope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Envelope {
     pub min: [f64; 2],
@@ -10,10 +10,10 @@ pub(crate) struct Envelope {
 }
 
 impl Envelope {
-    /// Added to anything, it changes nothing.
+    /// The empty envelope: joined with another one, it changes nothing.
     pub const NOTHING: Envelope = Envelope { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
 
-    /// The rectangle around lines.
+    /// Returns the rectangle around lines.
     pub fn of(lines: &[Vec<[f64; 3]>]) -> Envelope {
         lines
             .iter()
@@ -21,7 +21,7 @@ impl Envelope {
             .fold(Envelope::NOTHING, |envelope, &[x, y, _]| envelope.and(Envelope { min: [x, y], max: [x, y] }))
     }
 
-    /// The rectangle around two.
+    /// Returns the rectangle around two.
     pub fn and(self, other: Envelope) -> Envelope {
         let both = |a: [f64; 2], b: [f64; 2], pick: fn(f64, f64) -> f64| [pick(a[0], b[0]), pick(a[1], b[1])];
         Envelope { min: both(self.min, other.min, f64::min), max: both(self.max, other.max, f64::max) }
@@ -31,10 +31,11 @@ impl Envelope {
         (0..2).all(|axis| (self.min[axis]..=self.max[axis]).contains(&point[axis]))
     }
 
-    /// The parts of a feature that lie in it, from its start on: lines are cut, polygons closed along the edge.
+    /// Returns the parts of a feature that lie inside, from its start on: lines are cut, polygons closed along the
+    /// edge.
     pub fn clip(&self, shape: Shape, geometry: Geometry) -> Vec<Geometry> {
         let around = Envelope::of(&geometry);
-        // Most features are all inside.
+        // Most features lie inside as a whole.
         if self.and(around) == *self {
             return vec![geometry];
         }
@@ -56,13 +57,13 @@ impl Envelope {
                 None => parts.push(vec![from, to]),
             }
         }
-        // A line that only touches the edge leaves a point there.
+        // A line that only touches the edge leaves a single point there: drop it.
         parts.retain(|part| part.iter().any(|point| *point != part[0]));
         parts
     }
 
-    /// The part of a straight line that lies inside. Based on: Y.-D. Liang, B. A. Barsky, "A new concept and method for line
-    /// clipping", 1984.
+    /// Returns the part of a straight line that lies inside. Based on: Y.-D. Liang, B. A. Barsky, "A new concept and
+    /// method for line clipping", 1984.
     fn clip_segment(&self, from: [f64; 3], to: [f64; 3]) -> Option<[[f64; 3]; 2]> {
         let (mut first, mut last) = ((0.0, from), (1.0, to));
         for axis in 0..2 {
@@ -88,7 +89,7 @@ impl Envelope {
     }
 
     fn clip_polygon(&self, rings: Geometry) -> Vec<Geometry> {
-        // Without the last point, which is the first one again.
+        // Drop the last point of each ring, which repeats the first one.
         let mut rings: Vec<Vec<[f64; 3]>> = rings
             .into_iter()
             .map(|mut ring| {
@@ -96,7 +97,7 @@ impl Envelope {
                 ring
             })
             .collect();
-        // From west to east and from south to north, and back.
+        // Clip at the eastern and the western edge, then at the northern and the southern one.
         for axis in 0..2 {
             rings = Half { axis, bound: self.max[axis], below: true }.clip(rings);
             rings = Half { axis, bound: self.min[axis], below: false }.clip(rings);
@@ -107,7 +108,7 @@ impl Envelope {
             ring
         };
         let rings: Vec<Vec<[f64; 3]>> = rings.into_iter().map(closed).filter(|ring| ring.len() > 3).collect();
-        // Islands are those that run clockwise, and lie in the ring that holds any point of theirs.
+        // Islands run clockwise. An island lies in the ring that holds any of its points.
         let (outer, islands): (Vec<_>, Vec<_>) =
             rings.into_iter().filter(|ring| doubled_area(ring) != 0.0).partition(|ring| doubled_area(ring) > 0.0);
         let mut polygons: Vec<Geometry> = outer.into_iter().map(|ring| vec![ring]).collect();
@@ -120,23 +121,23 @@ impl Envelope {
     }
 }
 
-/// Where a straight line crosses a bound, which it does.
+/// Returns the point where a straight line crosses a bound. The line must cross it.
 fn crossing(from: [f64; 3], to: [f64; 3], axis: usize, bound: f64) -> [f64; 3] {
     let share = (bound - from[axis]) / (to[axis] - from[axis]);
     let mut at = [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * share);
-    // On the edge to the bit, whatever rounding makes of it.
+    // Set the coordinate to the bound, so that rounding cannot move the point off the edge.
     at[axis] = bound;
     at
 }
 
-/// Twice the area of a closed ring, positive if it runs anticlockwise.
+/// Returns twice the area of a closed ring, positive if it runs anticlockwise.
 fn doubled_area(ring: &[[f64; 3]]) -> f64 {
-    // About its first point: far from the origin the products would lose it.
+    // Measure from the first point: far from the origin, rounding of the products would swallow the area.
     let [x0, y0, _] = ring[0];
     ring.windows(2).map(|pair| (pair[0][0] - x0) * (pair[1][1] - y0) - (pair[1][0] - x0) * (pair[0][1] - y0)).sum()
 }
 
-/// Whether a closed ring is around a point.
+/// Tells whether a closed ring is around a point.
 fn holds(ring: &[[f64; 3]], [x, y, _]: [f64; 3]) -> bool {
     let crosses = |pair: &&[[f64; 3]]| {
         let ([ax, ay, _], [bx, by, _]) = (pair[0], pair[1]);
@@ -145,17 +146,17 @@ fn holds(ring: &[[f64; 3]], [x, y, _]: [f64; 3]) -> bool {
     ring.windows(2).filter(crosses).count() % 2 == 1
 }
 
-/// All that lies on one side of a straight line along an axis.
+/// A half-plane: all points whose coordinate `axis` lies on one side of `bound`.
 struct Half {
     axis: usize,
     bound: f64,
     below: bool,
 }
 
-/// A part of a ring inside: from where it comes in to where it goes out.
+/// A part of a ring inside the half-plane, from the point where it comes in to the point where it goes out.
 struct Chain {
     points: Vec<[f64; 3]>,
-    /// The chain that the ring goes on with, along the bound.
+    /// The chain with which the clipped ring goes on, along the bound.
     next: Option<usize>,
 }
 
@@ -164,15 +165,16 @@ impl Half {
         if self.below { point[self.axis] <= self.bound } else { point[self.axis] >= self.bound }
     }
 
-    /// Rings, without their first point at their end again, closed along the bound. The land of a polygon is on the left of all its
-    /// rings, and stays there: from where a ring goes out, the new one follows the bound to the next place where one comes in.
+    /// Clips rings, which are given without the repeated first point, and closes them along the bound. The land of a
+    /// polygon is on the left of all its rings, and stays there: where a ring goes out, the clipped ring follows the
+    /// bound to the next place where a ring comes in.
     fn clip(&self, rings: Vec<Vec<[f64; 3]>>) -> Vec<Vec<[f64; 3]>> {
         let (mut whole, mut chains): (Vec<_>, Vec<Chain>) = (Vec::new(), Vec::new());
         for ring in rings {
             let inside: Vec<bool> = ring.iter().map(|point| self.has(*point)).collect();
             let count = ring.len();
             let Some(start) = (0..count).find(|at| !inside[*at] && inside[(at + 1) % count]) else {
-                // All of it, or nothing.
+                // The ring lies inside or outside as a whole.
                 whole.extend(inside[0].then_some(ring));
                 continue;
             };
@@ -199,7 +201,8 @@ impl Half {
     }
 
     fn link(&self, chains: &mut [Chain]) {
-        // Along the bound with the inside on the left: north on an eastern one, west on a northern one, and so on.
+        // The direction along the bound that has the inside on the left: north on an eastern bound, west on a northern
+        // one, and so on.
         let forward = if self.below == (self.axis == 0) { 1.0 } else { -1.0 };
         let along = |point: [f64; 3]| forward * point[1 - self.axis];
         let mut ends: Vec<(f64, bool, usize)> = Vec::new();
@@ -207,7 +210,7 @@ impl Half {
             ends.push((along(chain.points[chain.points.len() - 1]), false, number));
             ends.push((along(chain.points[0]), true, number));
         }
-        // At the same place a ring goes out before another comes in.
+        // At the same place, a ring goes out before another one comes in.
         ends.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         let mut out: Vec<usize> = Vec::new();
         for (_, comes_in, number) in ends {
@@ -223,7 +226,7 @@ impl Half {
     }
 }
 
-/// The rings that chains make up.
+/// Joins chains to rings.
 fn rings_of(mut chains: Vec<Chain>) -> Vec<Vec<[f64; 3]>> {
     let mut rings = Vec::new();
     for start in 0..chains.len() {
@@ -233,7 +236,7 @@ fn rings_of(mut chains: Vec<Chain>) -> Vec<Vec<[f64; 3]>> {
             ring.append(&mut chains[number].points);
             next = chains[number].next.take();
         }
-        // Of those that are part of another nothing is left.
+        // A chain that became part of an earlier ring is empty.
         if !ring.is_empty() {
             rings.push(ring);
         }
@@ -260,14 +263,14 @@ mod tests {
         let line = |points: &[[f64; 3]]| UNIT.clip(Shape::LineZ, vec![points.to_vec()]);
         let inside = [[1.0, 1.0, 5.0], [9.0, 2.0, 6.0]];
         assert_eq!(line(&inside), [vec![inside.to_vec()]]);
-        // In, out and in again, with heights between.
+        // The line comes in, goes out and comes in again; heights at the edge are interpolated.
         let parts = line(&[[-10.0, 5.0, 0.0], [5.0, 5.0, 15.0], [5.0, 15.0, 25.0], [8.0, 15.0, 0.0], [8.0, 5.0, 10.0]]);
         let expected = [
             vec![vec![[0.0, 5.0, 10.0], [5.0, 5.0, 15.0], [5.0, 10.0, 20.0]]],
             vec![vec![[8.0, 10.0, 5.0], [8.0, 5.0, 10.0]]],
         ];
         assert_eq!(parts, expected);
-        // Across a corner, beside one, along an edge, and touching one.
+        // Lines across a corner, past a corner, along an edge, and touching an edge.
         assert_eq!(line(&[[-1.0, 2.0, 0.0], [2.0, -1.0, 0.0]]), [vec![vec![[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]]]);
         assert!(line(&[[-3.0, 2.0, 0.0], [2.0, -3.0, 0.0]]).is_empty());
         assert_eq!(line(&[[10.0, -5.0, 0.0], [10.0, 5.0, 0.0]]), [vec![vec![[10.0, 0.0, 0.0], [10.0, 5.0, 0.0]]]]);
@@ -279,7 +282,7 @@ mod tests {
     fn polygons_are_closed_along_the_edge() {
         let around = UNIT.clip(Shape::Polygon, vec![ring(&[[-5.0, -5.0], [15.0, -5.0], [15.0, 15.0], [-5.0, 15.0]])]);
         assert_eq!((around.len(), area(&around)), (1, 100.0));
-        // A comb whose teeth alone are inside: three polygons.
+        // Only the teeth of the comb are inside: three polygons.
         let comb = [
             [12.0, 1.0],
             [5.0, 1.5],
@@ -301,7 +304,7 @@ mod tests {
         }
         let teeth = UNIT.clip(Shape::Polygon, vec![comb]);
         assert_eq!(teeth.len(), 3);
-        // An island that the edge cuts becomes a bay, one inside stays an island, one outside is gone.
+        // An island that the edge cuts becomes a bay, an island inside stays, and one outside is gone.
         let lake = ring(&[[-5.0, 2.0], [9.0, 2.0], [9.0, 8.0], [-5.0, 8.0]]);
         let island = |x: f64| {
             let mut island = ring(&[[x, 4.0], [x + 2.0, 4.0], [x + 2.0, 6.0], [x, 6.0]]);
@@ -317,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_polygon_has_the_area_that_is_inside_it_whatever_its_shape() {
-        // Stars about many places, whose area inside is counted by points.
+        // Stars around random places. The area inside is counted by sample points.
         for seed in 0..40_u64 {
             let random = |at: u64| (crate::hash::combine(seed, at) % 1000) as f64 / 1000.0;
             let middle = [random(1) * 14.0 - 2.0, random(2) * 14.0 - 2.0];

@@ -1,12 +1,13 @@
 //! Contours: found tile by tile, and joined where they cross from tile to tile.
 //!
-//! Where a contour crosses from a cell to the next depends on the two heights there alone, so those of neighbouring tiles meet to
-//! the bit. What has an end in the row of tiles that comes next waits for it; all else is whole.
+//! The point where a contour crosses the edge of a cell depends only on the heights at the ends of the edge, so
+//! contours of neighbouring tiles meet to the bit. A contour with an end on the border to the next row of tiles waits
+//! for that row; all others are complete.
 //!
-//! No contour crosses or touches another or itself. As they are found they do not, for each cell is crossed by straight lines that have
-//! their ends around it in an order that does not let them meet. A point is left out only where the line that goes on without it crosses
-//! the same edge of a cell, and nearer to where it was than half way to the next contour and to either end of the edge: so that order
-//! stays as it is at every edge.
+//! No contour crosses or touches itself or another one. The contours as they are found do not: the straight lines
+//! through a cell have their ends around it in an order in which they cannot meet. Leaving out points keeps this order
+//! on every edge: a point is left out only where the line without it crosses the same edge of a cell, less than half
+//! way from the point to the next contour and to either end of the edge.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -20,55 +21,57 @@ use crate::map::contour::{INDEX, interval_m};
 use crate::tile::Tile;
 use crate::world::World;
 
-/// What readers call them, and know of them.
+/// Name, description and shape of the layer.
 pub(crate) const NAME: &str = "contours";
 pub(crate) const ABOUT: &str = "lines of equal height of the ground, also below water; metres";
 pub(crate) const SHAPE: Shape = Shape::Line;
 
-/// Their attributes.
+/// Attributes of a contour.
 pub(crate) const HEADS: [Head; 3] = [
     Head { name: "height_m", key: "height_m", kind: Kind::Real, required: true },
-    // Whether it is each fifth, which maps draw stronger.
+    // 1 for each fifth contour, which maps draw stronger.
     Head { name: "is_index", key: "is_index", kind: Kind::Integer, required: true },
     Head { name: "kind", key: "kind", kind: Kind::Text, required: true },
 ];
 
-/// Metres between them on a slope of 45 degrees for each metre between vertices: as a map at 1:25,000 has them of land of 10 m.
+/// Scale of the map whose contours are taken over: 1:2500 for each metre between vertices, and so 1:25,000 for land of
+/// 10 m. Contours on a slope of 45 degrees lie [`APART_MM`] apart on this map.
 const DENOMINATOR: f64 = 2500.0;
 const APART_MM: f64 = 0.6;
 
-/// There are no fewer from the lowest to the highest land of a world.
+/// Least number of contours from the lowest to the highest land of a world.
 const LEAST: f64 = 40.0;
 
-/// A point that is left out lies no further from the line, in parts of the spacing.
+/// Largest distance from the line to a point that is left out, as a share of the spacing.
 const MISS: f64 = 1.0 / 16.0;
 
-/// How much of the way to the next contour on an edge, or to the end of the edge, a contour may be moved there: less than half.
+/// Largest distance by which a contour may be moved along an edge, as a share of the way to the next contour or to the
+/// end of the edge. Less than half, so that contours moved towards each other do not meet.
 const SLACK: f64 = 0.4;
 
-/// How near a contour comes to an end of an edge, in parts of it. Where a vertex is as high as the contour it would go through it, and
-/// might do so twice.
+/// Least distance of a contour from the ends of an edge, as a share of the edge. Where a vertex is as high as the
+/// contour, the contour would otherwise go through the vertex, and might do so twice.
 const NEAREST: f64 = 1.0 / 1024.0;
 
-/// Vertices from a line of the lattice to the next on which points stay: so tiles whose sides are as long as some of these have the same
-/// points.
+/// Distance in vertices between the lattice lines on which points are never left out. Tiles whose sides are multiples
+/// of it therefore have the same points.
 const STAYS: i64 = 16;
 
-/// The most points that wait. A longer contour is written in parts.
+/// Largest number of points of a contour that waits for the next row. A longer contour is written in parts.
 const MOST_POINTS: usize = 1 << 14;
 
-/// Metres between two contours of a world when nothing is asked for.
+/// Returns the metres between two contours of a world if no interval is asked for.
 pub(crate) fn default_interval_m(world: &World) -> f64 {
     let (min_m, max_m) = world.height_range_m();
     let range_m = f64::from(max_m - min_m);
     let denominator = DENOMINATOR * world.spacing_m();
     let steepness = (range_m / LEAST / (APART_MM * denominator / 1000.0)).min(1.0);
-    // A flat world has none, however far apart.
+    // A flat world has no contours at any interval.
     if range_m > 0.0 { interval_m(denominator, APART_MM, steepness, range_m) } else { 1.0 }
 }
 
-/// A part of a contour: how many intervals above 0 m, the edges of cells that it ends on, and its points from the one to the
-/// other.
+/// A part of a contour: its height in intervals above 0 m, the edges of cells that it ends on, and its points from the
+/// first end to the second.
 #[derive(Debug)]
 struct Part {
     number: i64,
@@ -76,7 +79,7 @@ struct Part {
     points: VecDeque<[f64; 2]>,
 }
 
-/// What finds the contours of a tile.
+/// Finds the contours of a tile.
 #[derive(Clone, Copy)]
 pub(crate) struct Finder {
     interval_m: f64,
@@ -84,10 +87,10 @@ pub(crate) struct Finder {
 }
 
 impl Finder {
-    /// The contours of a tile, as bytes.
+    /// Returns the contours of a tile, as bytes.
     pub fn find(&self, tile: &Tile) -> Vec<u8> {
         let (area, heights) = (tile.area(), tile.heights());
-        // Cells, of which there is one fewer a side than vertices.
+        // The cells of the tile, one fewer a side than vertices.
         let cells = Area { x1: area.x1 - 1, y1: area.y1 - 1, ..area };
         let mut piece = Vec::new();
         for (number, mut edges) in crossed(heights, cells, 1, self.interval_m) {
@@ -112,14 +115,15 @@ impl Finder {
     }
 }
 
-/// Where a contour crosses an edge of a cell, in vertices.
+/// A point where a contour crosses an edge of a cell, in vertices.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     place: [f64; 2],
-    /// The axis along which the edge runs, and how far the contour may be moved along it to either side.
+    /// Axis along which the edge runs; `slack` is the distance by which the contour may be moved along it to either
+    /// side.
     axis: usize,
     slack: f64,
-    /// Whether it is not to be moved at all.
+    /// True if the point is never left out.
     stays: bool,
 }
 
@@ -128,7 +132,7 @@ impl Crossing {
         let (x, y, south) = edge;
         let [from, to] =
             [[x, y], if south { [x, y + 1] } else { [x + 1, y] }].map(|[x, y]| f64::from(heights.at(x, y)));
-        // From a contour to the next on the edge, in parts of it.
+        // Distance between neighbouring contours on the edge, as a share of the edge.
         let apart = interval_m / (to - from).abs();
         let nearest = NEAREST.min(0.25 * apart);
         let level = (number as f64 * interval_m) as f32;
@@ -140,7 +144,7 @@ impl Crossing {
         Crossing { place, axis, slack, stays: stays(edge) }
     }
 
-    /// How far the straight line from one place to another crosses the edge from here, in parts of how far it may; 0 if no further.
+    /// Returns how far from this point a straight line crosses the edge, in units of the slack; 0 if within the slack.
     fn excess(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
         let (along, across) = (self.axis, 1 - self.axis);
         let way = to[across] - from[across];
@@ -153,20 +157,22 @@ impl Crossing {
     }
 }
 
-/// Whether a contour keeps its point on an edge: one that lies on a line of the lattice where points stay.
+/// Tells whether a contour always keeps its point on an edge: on edges that lie on a lattice line where points stay.
 fn stays((x, y, south): Edge) -> bool {
     (if south { x } else { y }).rem_euclid(STAYS) == 0
 }
 
-/// Whether higher ground is to the right of a contour that crosses an edge at the first of two places on its way to the second: as all
-/// contours are written, so that the points that are left out do not depend on which way a tile finds them.
+/// Tells whether higher ground is on the right of a contour that crosses an edge at the first of two places on its way
+/// to the second. All contours are written so, and the points left out do not depend on the direction in which a tile
+/// finds a contour.
 fn is_higher_on_the_right(heights: &Grid<f32>, level: f32, (x, y, south): Edge, [from, to]: [[f64; 2]; 2]) -> bool {
-    // Whether the northern or western end of the edge is to its right.
+    // True if the northern or western end of the edge is on the contour's right.
     let is_right = if south { to[0] < from[0] } else { to[1] > from[1] };
     (heights.at(x, y) >= level) == is_right
 }
 
-/// Turns a ring to begin on an edge whose point stays, or where it would in any other tile that holds all of it.
+/// Rotates a ring to begin on an edge whose point stays or, without one, on the edge where it begins in any other tile
+/// that holds all of it.
 fn begin_ring(edges: &mut [Edge]) {
     let last = edges.len() - 1;
     if edges[0] == edges[last] {
@@ -177,15 +183,16 @@ fn begin_ring(edges: &mut [Edge]) {
     }
 }
 
-/// The points of a contour that suffice, as indices: those that stay, both ends, and of the others as many as it takes.
+/// Returns the indices of the points that a contour needs: both ends, the points that stay, and as many others as it
+/// takes.
 ///
-/// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973; where no point is moved so far
-/// that lines could meet.
+/// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973; but here no
+/// point is moved so far that lines could meet.
 fn kept(line: &[Crossing]) -> Vec<usize> {
     let last = line.len() - 1;
     let mut kept = vec![0];
     let mut first = 0;
-    // Ends of what is still to do, the nearest last.
+    // Ends of the stretches that are still to do, the nearest last.
     let mut ends: Vec<usize> = (1..=last).rev().filter(|index| *index == last || line[*index].stays).collect();
     while let Some(&end) = ends.last() {
         let excess = |index: usize| line[index].excess(line[first].place, line[end].place);
@@ -201,17 +208,17 @@ fn kept(line: &[Crossing]) -> Vec<usize> {
     kept
 }
 
-/// The contours of a region under way.
+/// The contours of a region, while it is baked.
 pub(crate) struct Contours {
     finder: Finder,
     sea_level_m: Option<f64>,
-    /// Parts that wait, and by number and end where they are.
+    /// Parts that wait, and their places by number and end.
     parts: Vec<Option<Part>>,
     at: HashMap<(i64, Edge), usize>,
 }
 
 impl Contours {
-    /// None yet, of a world.
+    /// Begins the contours of a world.
     pub fn new(world: &World, interval_m: Option<f64>) -> Contours {
         let interval_m = interval_m.unwrap_or_else(|| default_interval_m(world));
         Contours {
@@ -222,13 +229,13 @@ impl Contours {
         }
     }
 
-    /// What finds those of tiles.
+    /// Returns the finder for the contours of tiles.
     pub fn finder(&self) -> Finder {
         self.finder
     }
 
-    /// Takes in those of a row of tiles, from west to east, and hands on what is whole. `next` is the row of vertices that the next
-    /// row of tiles begins with, if there is one.
+    /// Takes in the contours of a row of tiles, from west to east, and hands on those that are complete. `next` is the
+    /// row of vertices that the next row of tiles begins with, if there is one.
     pub fn put<E>(
         &mut self,
         pieces: &[&[u8]],
@@ -254,7 +261,7 @@ impl Contours {
                 self.row(part).map_or(Ok(()), &mut hand_on)?;
             }
         }
-        // Those that are left, in the order in which they came.
+        // Keep the parts that wait, in the order in which they came.
         self.parts.retain(Option::is_some);
         self.at.clear();
         for (place, part) in self.parts.iter().flatten().enumerate() {
@@ -263,7 +270,7 @@ impl Contours {
         Ok(())
     }
 
-    /// Joins a part to those that it meets. Returns it if its ends have met.
+    /// Joins a part to the waiting parts that it meets. Returns the contour if its ends have met.
     fn join(&mut self, mut part: Part) -> Option<Part> {
         let meets = |at: &HashMap<(i64, Edge), usize>, part: &Part| {
             part.ends.iter().find_map(|end| at.get(&(part.number, *end)).copied())
@@ -284,7 +291,7 @@ impl Contours {
         None
     }
 
-    /// What is written of a contour; nothing of one that is but a vertex at its height.
+    /// Returns the row of a contour; `None` for a contour that is only a vertex at its height.
     fn row(&self, part: Part) -> Option<Row> {
         let near = 2.0 * NEAREST * self.finder.spacing_m;
         let is_near = |point: &[f64; 2]| (0..2).all(|axis| (point[axis] - part.points[0][axis]).abs() <= near);
@@ -299,14 +306,14 @@ impl Contours {
     }
 }
 
-/// Two parts with an end in common, as one.
+/// Joins two parts with an end in common.
 fn joined(mut one: Part, mut other: Part) -> Part {
-    // So that the longer one stays and the shorter one moves.
+    // Keep the longer part, so that fewer points move.
     if one.points.len() < other.points.len() {
         std::mem::swap(&mut one, &mut other);
     }
     let common = usize::from(!other.ends.contains(&one.ends[0]));
-    // The other from the common end on.
+    // Turn the other part to begin at the common end.
     if other.ends[0] != one.ends[common] {
         other.ends.reverse();
         other.points.make_contiguous().reverse();
@@ -355,7 +362,7 @@ mod tests {
         rows
     }
 
-    /// Length by height, and how many lines there are that end within the region.
+    /// Returns the length of contours by height, and the number of lines that end within the region.
     fn measured(rows: &[Row], region: &Region) -> (std::collections::BTreeMap<i64, i64>, usize) {
         let bounds = region.bounds_km(1.0).map(|km| km * 1000.0);
         let on_edge = |[x, y, _]: [f64; 3]| [x, y, x, y].iter().zip(bounds).any(|(at, edge)| (at - edge).abs() < 1e-6);
@@ -364,7 +371,7 @@ mod tests {
             let Value::Real(height_m) = values[0] else { panic!("{values:?}") };
             let line = &lines[0];
             let steps = line.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]));
-            // In centimetres, as whole numbers, whose sum does not depend on their order.
+            // Sum whole centimetres: such a sum does not depend on the order.
             *lengths.entry(height_m as i64).or_insert(0) += steps.map(|step| (step * 100.0) as i64).sum::<i64>();
             let (first, last) = (line[0], line[line.len() - 1]);
             loose += usize::from(first != last && !(on_edge(first) && on_edge(last)));
@@ -380,7 +387,7 @@ mod tests {
         let rows = found(&whole, &world);
         let (lengths, loose) = measured(&rows, &whole);
         assert!(loose == 0 && rows.len() > 30 && lengths.len() > 5, "{loose} loose of {}", rows.len());
-        // The same lines as in one tile of that size, but for the points that are left out tile by tile.
+        // Larger tiles give the same lines, but for points that are left out tile by tile.
         let large = world.with_tile_cells(32);
         let other = Region::new(TileId { x: -1, y: -1 }, 2, 2, 32).unwrap();
         let part = Region::new(TileId { x: -2, y: -2 }, 4, 4, 16).unwrap();
@@ -393,7 +400,7 @@ mod tests {
         }
     }
 
-    /// Whether two straight lines have a point in common.
+    /// Tells whether two straight lines have a point in common.
     fn meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
         let side = |[a, b]: [[f64; 2]; 2], p: [f64; 2]| {
             let turn = cross([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
@@ -407,11 +414,11 @@ mod tests {
         overlap(0) && overlap(1) && side([a, b], c) * side([a, b], d) <= 0 && side([c, d], a) * side([c, d], b) <= 0
     }
 
-    /// Fails if a line meets another, or itself but where it goes on.
+    /// Fails if a line meets another one, or itself anywhere but where its pieces follow each other.
     fn check_apart(name: &str, rows: &[Row], spacing_m: f64) {
-        // Pieces by the cells that they may go through, of a side that most are shorter than.
+        // Pieces of lines, by the squares that they may go through. Most pieces are shorter than a square's side.
         let side = 2.0 * spacing_m;
-        // The number of a line, that of a piece in it, and the ends of the piece.
+        // The number of a line, the number of a piece in it, and the ends of the piece.
         type Piece = (usize, usize, [[f64; 2]; 2]);
         let mut cells: HashMap<[i64; 2], Vec<Piece>> = HashMap::new();
         let lines: Vec<Vec<[f64; 2]>> =
@@ -445,7 +452,7 @@ mod tests {
     #[test]
     fn no_contour_meets_another_or_itself() {
         let rough = "noise = [{ kind = \"ridged\", height_m = 90.0, wavelength_m = 30.0, octaves = 4 }]";
-        // Vertices as high as contours are, and level ground.
+        // Land with vertices exactly at the height of contours, and with level ground.
         let steps = "noise = [{ kind = \"fbm\", height_m = 90.0, wavelength_m = 60.0, octaves = 3, curve = [[-1.0, -0.7777777777777778], [-0.2, 0.0], [0.1, 0.0], [1.0, 0.7777777777777778]] }]";
         let mut worlds: Vec<(&str, Preset)> =
             [("rough", rough), ("steps", steps)].map(|(name, text)| (name, Preset::parse(name, text).unwrap())).into();

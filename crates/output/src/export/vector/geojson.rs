@@ -1,9 +1,9 @@
-//! GeoJSON: the layers as text, each a collection of features.
+//! GeoJSON: a text file for each layer, each a collection of features.
 //!
-//! RFC 7946 means degrees of the Earth; these coordinates are metres east and north of the world's origin, as in the
-//! GeoPackage, and for rivers and roads with levels metres up. The files have no `crs` member, since no reference system of the
-//! Earth applies. What reads GeoJSON takes them for degrees all the same: for it there are longitudes and latitudes on request,
-//! those at which web maps have the metres.
+//! RFC 7946 prescribes degrees on the Earth. These files have metres east and north of the world's origin, as in the
+//! GeoPackage, and metres up for rivers and roads with levels. They have no `crs` member, since no reference system of
+//! the Earth applies. Programs that read GeoJSON take the numbers for degrees all the same: for them, longitudes and
+//! latitudes are written on request, chosen so that web maps show them at these metres.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -25,25 +25,26 @@ use crate::tile::Tile;
 use crate::watch::Watch;
 use crate::web::mercator;
 
-/// The folder of the files in that of the bake.
+/// Folder of the files within that of the bake.
 const FOLDER: &str = "vector";
 
-/// Metres east and north as longitude and latitude, of which web Mercator makes the same metres.
+/// Converts metres east and north to the longitude and latitude of which web Mercator makes the same metres.
 fn degrees(place_m: [f64; 2]) -> [f64; 2] {
     // A hundred-millionth of a degree is a millimetre.
     mercator::degrees(place_m).map(|angle| rounded(angle, 1e8))
 }
 
-/// A number to the nearest of so many parts of 1, so that it is written with no more digits than mean something.
+/// Rounds a number to the nearest `1 / parts`, so that it is written without meaningless digits.
 fn rounded(number: f64, parts: f64) -> f64 {
-    // Nothing is not less than nothing.
+    // Adding 0.0 turns -0.0 into 0.0.
     (number * parts).round() / parts + 0.0
 }
 
-/// Parts of a metre, or of what an attribute is measured in: rivers fall by less than a millimetre from point to point.
+/// Parts of a metre, or of an attribute's unit, that numbers are rounded to: rivers fall by less than a millimetre from
+/// point to point.
 const PARTS: f64 = 1e6;
 
-/// GeoJSON, as a format: a file a layer.
+/// The format GeoJSON: a file for each layer.
 pub(crate) struct GeoJson;
 
 impl Format for GeoJson {
@@ -80,14 +81,14 @@ impl Format for GeoJson {
     }
 }
 
-/// The files under way, one a layer.
+/// The files being written, one for each layer.
 pub(crate) struct GeoJsonSink<'a> {
     vectors: Vectors<'a>,
     files: Mutex<Files>,
 }
 
 struct Files {
-    /// Those of features, which are written at the end.
+    /// The files of features, which are written at the end.
     features: Vec<Collection>,
     contours: Option<Collection>,
 }
@@ -103,7 +104,7 @@ impl<'a> GeoJsonSink<'a> {
         Ok(GeoJsonSink { vectors, files: Mutex::new(files) })
     }
 
-    /// What its files have in common with those of other formats.
+    /// Returns the features and contours, which other formats have in common with this one.
     #[cfg(test)]
     pub fn vectors(&self) -> &Vectors<'a> {
         &self.vectors
@@ -140,7 +141,7 @@ impl Sink for GeoJsonSink<'_> {
     }
 }
 
-/// A file of features under way: one a line, so that files can be compared and read from a stream.
+/// A file of features being written: one feature a line, so that files can be compared and read as a stream.
 struct Collection {
     path: String,
     file: PartFile,
@@ -196,7 +197,7 @@ impl Collection {
 
 fn add_properties(text: &mut String, heads: &[Head], values: &[Value]) {
     for (index, (head, value)) in heads.iter().zip(values).enumerate() {
-        // Neighbours with the same key are an array.
+        // Neighbouring attributes with the same key form an array.
         let follows = index > 0 && heads[index - 1].key == head.key;
         let goes_on = heads.get(index + 1).is_some_and(|next| next.key == head.key);
         let separator = if index > 0 { "," } else { "" };
@@ -214,7 +215,7 @@ fn add_properties(text: &mut String, heads: &[Head], values: &[Value]) {
     }
 }
 
-/// A polygon is a list of rings, a line a list of points, and a point stands alone.
+/// Adds the coordinates of a geometry. A polygon is a list of rings, a line a list of points, and a point stands alone.
 fn add_coordinates(text: &mut String, shape: Shape, lines: &[Vec<[f64; 3]>], in_degrees: bool) {
     let (list_of_lines, list_of_points) = (shape == Shape::Polygon, shape != Shape::Point);
     text.push_str(if list_of_lines { "[" } else { "" });

@@ -1,7 +1,8 @@
 //! A GeoPackage: all layers and the footprints of the tiles, in one SQLite database.
 //!
-//! Based on: OGC 12-128r17, GeoPackage Encoding Standard 1.3. The reference system is the world's own plane, as rasters have it.
-//! Each layer has the standard's spatial index (its annex F.3), and a style in the table in which QGIS looks for one.
+//! Based on: OGC 12-128r17, GeoPackage Encoding Standard 1.3. The reference system is the world's own plane, as rasters
+//! have it. Each layer has the standard's spatial index (its annex F.3), and a style in the table in which QGIS looks
+//! for one.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -26,20 +27,21 @@ use crate::registry::unjournaled;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
-/// The file in the folder of the bake.
+/// Path of the file within the folder of the bake.
 pub(in crate::export) const PATH: &str = "vector/vector.gpkg";
 
 /// `GPKG` in the header of the database, and version 1.3.0 of the standard.
 const APPLICATION_ID: i32 = i32::from_be_bytes(*b"GPKG");
 const USER_VERSION: i32 = 10300;
 
-/// The number of the world's plane among the reference systems: of those that the standard leaves to users.
+/// The number of the world's plane among the reference systems: one of those that the standard leaves to users.
 const PLANE: i32 = 100_000;
 
-/// The standard asks for the time of a layer's last change; the same bake has the same bytes, so it is none.
+/// The time of a layer's last change, which the standard requires. It is fixed, so that the same bake has the same
+/// bytes.
 const LAST_CHANGE: &str = "1970-01-01T00:00:00.000Z";
 
-/// What the standard asks every GeoPackage to have.
+/// The tables that the standard requires in every GeoPackage, and the table of styles for QGIS.
 const SCHEMA: &str = "
     CREATE TABLE gpkg_spatial_ref_sys (
         srs_name TEXT NOT NULL,
@@ -103,7 +105,7 @@ const SCHEMA: &str = "
     );
 ";
 
-/// GeoPackage, as a format.
+/// The format GeoPackage.
 pub(crate) struct GeoPackage;
 
 impl Format for GeoPackage {
@@ -140,12 +142,12 @@ impl Format for GeoPackage {
     }
 }
 
-/// A layer as the database has it.
+/// A layer as a table of the database.
 struct Table<'a> {
     name: &'a str,
     about: &'a str,
     shape: Shape,
-    /// Whether a geometry can have several parts.
+    /// True if a geometry can have several parts.
     multi: bool,
     heads: Vec<Head>,
 }
@@ -161,7 +163,8 @@ impl Table<'_> {
         }
     }
 
-    /// What makes it, and its index. Any attribute may be null: whoever draws a new feature in a GIS need not fill in all of them.
+    /// Returns the SQL that creates the table and its index. Any attribute may be null, so that nobody who draws a new
+    /// feature in a GIS has to fill in all of them.
     fn schema(&self) -> String {
         let columns = self.heads.iter().map(|head| {
             let kind = match head.kind {
@@ -178,26 +181,26 @@ impl Table<'_> {
         )
     }
 
-    /// What keeps its index as it should be, whoever changes the table: as the standard words it.
+    /// Returns the triggers that keep the index up to date whoever changes the table, in the standard's wording.
     fn triggers(&self) -> String {
         TRIGGERS.replace("<t>", self.name)
     }
 
-    /// What adds a feature, its geometry first.
+    /// Returns the SQL that adds a feature, its geometry first.
     fn insert(&self) -> String {
         let columns: Vec<&str> = ["geom"].into_iter().chain(self.heads.iter().map(|head| head.name)).collect();
         let marks = ", ?".repeat(columns.len() - 1);
         format!("INSERT INTO {} ({}) VALUES (?{marks})", self.name, columns.join(", "))
     }
 
-    /// A geometry as the standard has it in a column: its header with the envelope, then well-known binary.
+    /// Returns a geometry in the standard's form for columns: a header with the envelope, then well-known binary.
     fn geometry(&self, parts: &[Geometry]) -> Vec<u8> {
         let Envelope { min, max } = envelope(parts);
-        // Version 1 of the form is 0; little-endian, with an envelope of x and y.
+        // The version byte 0 means version 1; the flags mean little-endian, with an envelope of x and y.
         let mut bytes = b"GP\x00\x03".to_vec();
         bytes.extend(PLANE.to_le_bytes());
         bytes.extend([min[0], max[0], min[1], max[1]].map(f64::to_le_bytes).as_flattened());
-        // Numbers of the standard, a thousand more with heights.
+        // Type numbers of the standard, a thousand more with heights.
         let (one, several): (u32, u32) = match self.shape {
             Shape::Point => (1, 4),
             Shape::Line => (2, 5),
@@ -211,7 +214,7 @@ impl Table<'_> {
             bytes.extend((parts.len() as u32).to_le_bytes());
         }
         for part in parts {
-            // Little-endian.
+            // The byte order: little-endian.
             bytes.push(1);
             bytes.extend(one.to_le_bytes());
             if self.shape == Shape::Polygon {
@@ -229,12 +232,12 @@ impl Table<'_> {
     }
 }
 
-/// The rectangle around the parts of a geometry.
+/// Returns the rectangle around the parts of a geometry.
 fn envelope(parts: &[Geometry]) -> Envelope {
     parts.iter().map(|part| Envelope::of(part)).fold(Envelope::NOTHING, Envelope::and)
 }
 
-/// The triggers of a spatial index, with `<t>` for the table.
+/// The triggers of a spatial index, with `<t>` in place of the table's name.
 const TRIGGERS: &str = "
     CREATE TRIGGER rtree_<t>_geom_insert AFTER INSERT ON <t>
         WHEN (NEW.geom NOTNULL AND NOT ST_IsEmpty(NEW.geom))
@@ -271,19 +274,19 @@ const TRIGGERS: &str = "
     END;
 ";
 
-/// The database under way.
+/// A database being written.
 pub(crate) struct GeoPackageSink<'a> {
     region: Region,
     spacing_m: f64,
     vectors: Vectors<'a>,
-    /// Those of the features, in their order, then contours and tiles.
+    /// The tables of the features, in the order of their layers, then those of contours and of tiles.
     tables: Vec<Table<'a>>,
     path: PathBuf,
     file: Mutex<Option<UnderWay>>,
 }
 
 struct UnderWay {
-    /// First, so that it is closed when an abandoned file is removed.
+    /// The first field, so that the connection is closed when an abandoned file is removed.
     connection: Connection,
     file: PartFile,
     /// The rectangle around all features of each table.
@@ -317,10 +320,10 @@ impl<'a> GeoPackageSink<'a> {
         let create = |at: &Path| {
             let connection = database::open(at)?;
             unjournaled(&connection)?;
-            // How readers and `file` tell a GeoPackage from any other database.
+            // Readers, and the command `file`, tell a GeoPackage from other databases by these numbers.
             connection.pragma_update(None, "application_id", APPLICATION_ID)?;
             connection.pragma_update(None, "user_version", USER_VERSION)?;
-            // One transaction for all: each statement alone would be one of its own.
+            // Use one transaction for all statements; otherwise each would be a transaction of its own.
             connection.execute_batch("BEGIN")?;
             connection.execute_batch(SCHEMA)?;
             connection.execute(
@@ -339,7 +342,7 @@ impl<'a> GeoPackageSink<'a> {
         Ok(GeoPackageSink { region, spacing_m: world.spacing_m(), vectors, tables, path, file })
     }
 
-    /// Writes what `write` adds to a table, in one transaction.
+    /// Writes the features that `write` adds to a table, in one transaction.
     fn fill(
         &self,
         under_way: &mut UnderWay,
@@ -360,7 +363,8 @@ impl<'a> GeoPackageSink<'a> {
             let row = [&shape as &dyn ToSql].into_iter().chain(values);
             let fid = insert.insert(params_from_iter(row)).map_err(failed())?;
             let own = envelope(parts);
-            // While they pass, since the list of layers wants the bounds of all and nothing holds them.
+            // Collect the bounds while features pass: the list of layers needs those of all features, and no memory
+            // holds these.
             *around = around.and(own);
             let bounds = params![fid, own.min[0], own.max[0], own.min[1], own.max[1]];
             index.execute(bounds).map(|_| ()).map_err(failed())
@@ -369,10 +373,10 @@ impl<'a> GeoPackageSink<'a> {
         transaction.commit().map_err(failed())
     }
 
-    /// Lists a table where readers look for layers, with its index and its style.
+    /// Registers a table where readers look for layers, with its index and its style.
     fn register(&self, connection: &Connection, number: usize, around: Envelope) -> rusqlite::Result<()> {
         let table = &self.tables[number];
-        // An empty layer has no envelope: null in all four.
+        // An empty layer has no envelope: all four sides are null.
         let side = |metres: f64| metres.is_finite().then_some(metres);
         connection.execute(
             "INSERT INTO gpkg_contents VALUES (?1, 'features', ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
@@ -409,10 +413,10 @@ impl<'a> GeoPackageSink<'a> {
     }
 }
 
-/// What adds a feature to a table: its values, and the parts of its geometry.
+/// Adds a feature to a table: its values, and the parts of its geometry.
 type Add<'a> = dyn FnMut(&[Value], &[Geometry]) -> Result<(), Error> + 'a;
 
-/// The footprints of the tiles.
+/// Returns the table of the tiles' footprints.
 fn tiles() -> Table<'static> {
     let number = |name| Head { name, key: name, kind: Kind::Integer, required: true };
     Table {
@@ -485,7 +489,8 @@ mod tests {
     use crate::preset::Preset;
     use crate::world::World;
 
-    /// Of the layers of agents, two rivers and a road with their keys: one river crosses three tiles, one is a place.
+    /// Returns features of the agents' layers, with layer and key: two rivers and a road. One river crosses three
+    /// tiles, and one is a single place.
     fn rows() -> Vec<(usize, u8, Row)> {
         let row = |owner: [i64; 2],
                    ending: &str,
@@ -559,7 +564,7 @@ mod tests {
         let properties = "SELECT printf('%d,%d %g %g %g %g', joins_x, joins_y, width_start_m, width_end_m, \
                           floor_start_m, floor_end_m) FROM rivers WHERE owner_x = 1";
         assert_eq!(text(&database, properties), "7,-7 3 6.6 39.4 28.64");
-        // Metres, and north up.
+        // Bounds are in metres, and north is up.
         let bounds = "SELECT printf('%g %g %g %g', min_x, min_y, max_x, max_y) FROM gpkg_contents WHERE table_name = ";
         assert_eq!(text(&database, &format!("{bounds} 'rivers'")), "-10 -20 70 -20");
         assert_eq!(text(&database, &format!("{bounds} 'roads'")), "40 -68 40 -40");
@@ -567,7 +572,7 @@ mod tests {
         assert_eq!(text(&database, "PRAGMA integrity_check"), "ok");
         let number = |pragma: &str| database.pragma_query_value(None, pragma, |row| row.get::<_, i32>(0)).unwrap();
         assert_eq!((number("application_id"), number("user_version")), (0x4750_4B47, 10300));
-        // The text has the same lines.
+        // The GeoJSON has the same lines.
         let json = std::fs::read(folder.path().join("vector/rivers.geojson")).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
         let river = &json["features"][1];
@@ -598,7 +603,7 @@ mod tests {
         assert_eq!(text(&database, &format!("{bounds} 'rivers'")), "0 -20 64 -20");
         let kind = "SELECT geometry_type_name FROM gpkg_geometry_columns WHERE table_name = 'rivers'";
         assert_eq!(text(&database, kind), "MULTILINESTRING");
-        // What it says of itself is that of the whole.
+        // Attributes describe the whole river, not its part in the region.
         assert_eq!(text(&database, "SELECT CAST(length_m AS TEXT) FROM rivers WHERE owner_x = 1"), "80.0");
         let json = std::fs::read(folder.path().join("vector/rivers.geojson")).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
@@ -633,7 +638,7 @@ mod tests {
         for table in tables {
             let required = format!("SELECT group_concat(name) FROM pragma_table_info('{table}') WHERE \"notnull\"");
             assert_eq!(text(&database, &required), "fid", "{table}");
-            // It needs functions that a GIS brings along.
+            // The trigger needs functions that a GIS brings along.
             database.execute_batch(&format!("DROP TRIGGER rtree_{table}_geom_insert")).unwrap();
             let fid = format!("INSERT INTO {table} DEFAULT VALUES RETURNING CAST(fid > 0 AS TEXT)");
             assert_eq!(text(&database, &fid), "1", "{table}");
@@ -651,7 +656,7 @@ mod tests {
         assert_eq!([8, 16, 24, 32].map(number), [-3.0, 1.0, -2.0, 5.0]);
         assert_eq!(bytes[40..49], [1, 2, 0, 0, 0, 2, 0, 0, 0]);
         assert_eq!([49, 57, 65, 73].map(number), [1.0, -2.0, -3.0, 5.0]);
-        // The same as the only part of several.
+        // The same geometry as the only part of a geometry of several parts.
         let several = table(true).geometry(&parts);
         assert_eq!(several[40..49], [1, 5, 0, 0, 0, 1, 0, 0, 0]);
         assert_eq!(several[49..], bytes[40..]);

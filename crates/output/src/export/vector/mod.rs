@@ -1,11 +1,13 @@
-//! Features as files that hold vectors.
+//! Vector exports: features and contours as files.
 //!
 //! ```text
-//!   store.rs        features, tile by tile -> each once, sorted       contours.rs   tiles -> contours
-//!   vectors.rs      both, row of tiles by row
-//!   clip.rs         what of a feature lies in the region
-//!   geopackage.rs   store -> one database        geojson.rs   store -> a text a layer
-//!   style.rs        a layer -> how QGIS draws it as our maps do
+//!   store.rs        features, tile by tile -> each feature once, sorted
+//!   contours.rs     tiles -> contours
+//!   vectors.rs      features and contours together, row of tiles by row
+//!   clip.rs         a feature -> its parts in the region
+//!   geopackage.rs   store -> one database
+//!   geojson.rs      store -> a text file for each layer
+//!   style.rs        a layer -> a QGIS style like that of terrane's maps
 //! ```
 
 mod clip;
@@ -27,8 +29,8 @@ use crate::features::layers;
 use crate::land::Land;
 use crate::world::World;
 
-/// What features take while they are found: a thread has the land around a lake, and where there is a sea that of a cell of the
-/// coast, a square of 1024 vertices with their water; and files that are databases hold some of their pages.
+/// Returns the cost of finding features. A thread holds the land around a lake or, in a world with a sea, around a cell
+/// of the coast, a square of 1024 vertices with their water. Files that are databases hold some of their pages.
 pub(super) fn of_features(request: &Request) -> FormatCost {
     const PAGES: u64 = 4 << 20;
     let side: u64 = if request.world.preset().sea_level_m.is_some() { 1024 } else { 256 };
@@ -37,18 +39,18 @@ pub(super) fn of_features(request: &Request) -> FormatCost {
     FormatCost { thread_bytes, held_bytes: PAGES, ..FormatCost::default() }
 }
 
-/// What features and contours take in so many files.
+/// Returns the cost of features and contours in `files` files.
 fn cost(request: &Request, files: u64) -> FormatCost {
     const POINT_BYTES: f64 = 16.0;
     let Request { world, vectors, .. } = request;
-    // A contour has a point between two neighbours for each interval that one lies above the other: at most half as far as it is from
-    // the one to the other, over a whole row of tiles. Each vertex has two neighbours of its own.
+    // A contour crosses the edge between two vertices once for each interval of their difference in height. Over a
+    // whole row of tiles this difference is taken as half the distance at most. Each vertex has two edges of its own.
     let interval_m = vectors.contours_m.unwrap_or_else(|| contours::default_interval_m(world));
     let points = 2.0 * 0.5 * world.spacing_m() / interval_m;
     FormatCost { files, kept_a_vertex: (POINT_BYTES * (1.0 + points)) as u64, ..of_features(request) }
 }
 
-/// The layers of the GeoPackage of a world and how they are drawn, the uppermost first.
+/// Returns the layers of a world's GeoPackage and their styles, the uppermost first.
 pub(super) fn drawn(world: &World) -> Vec<(&'static str, Shape, LayerStyle)> {
     const ORDER: [&str; 9] =
         ["sites", "peaks", "crossings", "roads", "rivers", "lakes", "coast", contours::NAME, "tiles"];

@@ -1,4 +1,4 @@
-//! The features of a region, collected tile by tile and sorted when they are read: what the vector exports write.
+//! The features of a region for the vector exports: collected tile by tile, and sorted when they are read.
 
 use std::collections::BTreeSet;
 use std::path::Path as FilePath;
@@ -21,28 +21,28 @@ use crate::stop;
 use crate::tile::Tile;
 use crate::world::World;
 
-/// Features that were said, by layer and key.
+/// Features that tiles have packed, by layer and key.
 type Said = BTreeSet<(usize, Vec<u8>)>;
 
 /// The features of a region, each once, by layer and key.
 ///
-/// They come with their row of tiles and wait in a nameless database in the folder of the bake, so memory does not grow with
-/// the region.
+/// Features come with their row of tiles and wait in a nameless database in the folder of the bake, so memory does not
+/// grow with the region.
 pub(crate) struct FeatureStore<'a> {
     world: &'a World,
     layers: &'static [&'static dyn AnyLayer],
-    /// What features are cut off at, if they are.
+    /// Rectangle at whose edge features are cut off; `None` keeps them whole.
     edge: Option<Envelope>,
-    /// Whether tiles have lines of their own, of which the world knows nothing.
+    /// True if the tiles are those of a walk: they have lines of their own, which the world does not know.
     is_walk: bool,
-    /// What some tile has said since rows were put away last. None where each tile says all that it has, so that
-    /// what it says does not depend on the others.
+    /// The features that tiles have packed since the last row was put away. `None` for a shard, where each tile packs
+    /// all its features, so that its piece does not depend on other tiles.
     said: Option<Mutex<Said>>,
     store: Mutex<(Connection, PartFile)>,
 }
 
 impl<'a> FeatureStore<'a> {
-    /// The store of a world's features, in the folder in which its file will be.
+    /// Creates the store of a world's features, in the folder of the file that will hold them.
     pub fn create(request: &Request<'a>, file: &FilePath) -> Result<FeatureStore<'a>, Error> {
         let Request { world, region, vectors, walk, .. } = *request;
         let edge = vectors.clipped.then(|| around(&region, world.spacing_m()));
@@ -50,20 +50,20 @@ impl<'a> FeatureStore<'a> {
         Ok(FeatureStore { edge, is_walk: walk.is_some(), ..store })
     }
 
-    /// The store of some layers of a world, whose features are whole.
+    /// Creates the store of some layers of a world. Their features are not cut off.
     pub fn of_layers(
         request: &Request<'a>,
         layers: &'static [&'static dyn AnyLayer],
         file: &FilePath,
     ) -> Result<FeatureStore<'a>, Error> {
-        // Never finished, so it is gone when the store is.
+        // The file is never finished, so it is removed together with the store.
         let mut part = PartFile::create(file.with_extension("features"))?;
         let path = part.lend();
         let open = || {
             let connection = database::open(path)?;
             unjournaled(&connection)?;
             for (number, layer) in layers.iter().enumerate() {
-                // Columns without types keep values as they are.
+                // Columns without types keep values unchanged.
                 let columns = (0..layer.heads().len()).map(|column| format!("value_{column}, "));
                 let columns = columns.collect::<Vec<_>>().concat();
                 connection.execute_batch(&format!(
@@ -83,12 +83,12 @@ impl<'a> FeatureStore<'a> {
         })
     }
 
-    /// The layers.
+    /// Returns the layers.
     pub fn layers(&self) -> &'static [&'static dyn AnyLayer] {
         self.layers
     }
 
-    /// The features of a tile, as bytes, but for those that another tile of its row has said.
+    /// Returns the features of a tile as bytes, without those that another tile of its row has packed.
     pub fn take(&self, tile: &Tile) -> Vec<u8> {
         let mut piece = Vec::new();
         if self.is_walk {
@@ -101,14 +101,14 @@ impl<'a> FeatureStore<'a> {
         piece
     }
 
-    /// Adds a feature of a layer to the piece of a tile, unless another tile has said it.
+    /// Adds a feature of a layer to the piece of a tile, unless another tile has packed it.
     pub fn pack(&self, piece: &mut Vec<u8>, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
         if let Some(said) = &self.said
             && !locked(said).insert((layer, key.clone()))
         {
             return;
         }
-        // Not under the lock: a long river takes its time.
+        // Make the row without the lock: a long river takes its time.
         let Row { values, lines } = row();
         let lines = packed(&lines, self.layers()[layer].shape().dimensions());
         let values = serde_json::to_vec(&values).expect("numbers and texts are JSON");
@@ -117,9 +117,9 @@ impl<'a> FeatureStore<'a> {
         }
     }
 
-    /// Puts away the features of a row of tiles.
+    /// Puts the features of a row of tiles into the database.
     pub fn put(&self, pieces: &[&[u8]]) -> Result<(), Error> {
-        // A tile that is being made may say them again, which does no harm.
+        // A tile that is being made may pack them again, which does no harm.
         self.said.iter().for_each(|said| locked(said).clear());
         let (connection, part) = &mut *locked(&self.store);
         let mut put = || {
@@ -134,7 +134,7 @@ impl<'a> FeatureStore<'a> {
                         serde_json::from_slice(values).expect("it was packed by this store");
                     let values: Vec<Value> =
                         values.iter().zip(&heads).map(|(value, head)| of_json(value, head)).collect();
-                    // A feature that touches several rows of tiles comes again with each.
+                    // A feature that touches several rows of tiles comes again with each row.
                     let marks = ", ?".repeat(values.len() + 1);
                     let insert = format!("INSERT OR IGNORE INTO layer_{number} VALUES (?{marks})");
                     let values: Vec<_> = values.iter().map(kept).collect();
@@ -149,8 +149,8 @@ impl<'a> FeatureStore<'a> {
         put().map_err(sqlite_error(part.path()))
     }
 
-    /// Visits all features of a layer, sorted by key, without holding them: the values of each, and its geometry, or the parts
-    /// of that in the region if features are cut off there.
+    /// Visits all features of a layer one by one, sorted by key: the values of each, and its geometry, or the parts of
+    /// the geometry in the region if features are cut off.
     pub fn for_each(
         &self,
         number: usize,
@@ -159,7 +159,7 @@ impl<'a> FeatureStore<'a> {
         let (connection, part) = &*locked(&self.store);
         let failed = || sqlite_error(part.path());
         let layer = &self.layers()[number];
-        // Sorted, so that files do not depend on which tile came first.
+        // Sort, so that files do not depend on which tile came first.
         let select = format!("SELECT * FROM layer_{number} ORDER BY key");
         let mut select = connection.prepare(&select).map_err(failed())?;
         let heads = layer.heads();
@@ -183,22 +183,22 @@ impl<'a> FeatureStore<'a> {
     }
 }
 
-/// The rectangle that a region covers.
+/// Returns the rectangle that a region covers.
 pub(crate) fn around(region: &Region, spacing_m: f64) -> Envelope {
     Envelope::of(&[footprint(region, spacing_m, region.at(), region.cols(), region.rows())])
 }
 
-/// The corners of a rectangle of tiles, anticlockwise from the south-western one and back to it.
+/// Returns the corners of a rectangle of tiles, anticlockwise from the south-western corner and back to it.
 pub(crate) fn footprint(region: &Region, spacing_m: f64, at: TileId, cols: u64, rows: u64) -> Vec<[f64; 3]> {
     let cells = region.tile_cells() as i64;
     let metres = |tile: i64| (tile * cells) as f64 * spacing_m;
     let (west, east) = (metres(at.x), metres(at.x + cols as i64));
-    // Not the negative, which has a zero of its own.
+    // Subtract from 0.0: negation would make -0.0 of 0.0.
     let (south, north) = (0.0 - metres(at.y + rows as i64), 0.0 - metres(at.y));
     [[west, south], [east, south], [east, north], [west, north], [west, south]].map(|[x, y]| [x, y, 0.0]).to_vec()
 }
 
-/// A value as a database keeps it.
+/// Converts a value to the form in which a database keeps it.
 pub(crate) fn kept(value: &Value) -> ToSqlOutput<'_> {
     ToSqlOutput::Borrowed(match value {
         Value::Nothing => ValueRef::Null,
@@ -209,7 +209,7 @@ pub(crate) fn kept(value: &Value) -> ToSqlOutput<'_> {
     })
 }
 
-/// A value as a database has kept it.
+/// Converts a value back from the form in which a database keeps it.
 fn value(head: &Head, kept: ValueRef) -> Value {
     match (kept, head.kind) {
         (ValueRef::Integer(number), _) => Value::Integer(number),
@@ -220,7 +220,7 @@ fn value(head: &Head, kept: ValueRef) -> Value {
     }
 }
 
-/// A value as its JSON has it.
+/// Converts a value back from JSON.
 fn of_json(value: &serde_json::Value, head: &Head) -> Value {
     match (value, head.kind) {
         (serde_json::Value::String(text), _) => Value::Text(text.clone()),
@@ -230,7 +230,7 @@ fn of_json(value: &serde_json::Value, head: &Head) -> Value {
     }
 }
 
-/// Lines as bytes: of each the number of its points, and then these.
+/// Packs lines as bytes: for each line the number of its points, and then the points.
 fn packed(lines: &[Vec<[f64; 3]>], dimensions: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     for line in lines {
@@ -247,7 +247,7 @@ fn unpacked(bytes: &[u8], dimensions: usize) -> Vec<Vec<[f64; 3]>> {
         let mut number = || words.next().map_or(0.0, |word| f64::from_le_bytes(*word));
         let mut point = || {
             let mut point = [0.0; 3];
-            // Layers without heights keep a zero there, which is not stored.
+            // Layers without heights have 0 there, which is not stored.
             point[..dimensions].fill_with(&mut number);
             point
         };

@@ -1,6 +1,7 @@
-//! How QGIS draws a layer: as our topographic maps do, as far as its symbols go.
+//! QGIS styles of layers, which look like terrane's topographic maps as far as the symbols of QGIS allow.
 //!
-//! Based on: the documents that QGIS 3.22 writes; it fills in what they leave out. A symbol is a list of layers, drawn one on the other.
+//! Based on: the documents that QGIS 3.22 writes. QGIS fills in elements that are left out here. A symbol is a list of
+//! layers, drawn one on top of the other.
 
 use std::fmt::Write;
 
@@ -9,19 +10,19 @@ use crate::features::layer::Shape;
 use crate::map::font::Face;
 use crate::map::style::{Colour, LabelStyle, Style};
 
-/// Millimetres to a point of type.
+/// Millimetres in a point of type.
 const MM_A_POINT: f64 = 25.4 / 72.0;
 
-/// How a layer is drawn.
+/// The style of a layer.
 pub(crate) struct LayerStyle {
-    /// The element that says how features are drawn.
+    /// The element that draws the features.
     pub renderer: String,
-    /// The element that says how their names are written, if they are.
+    /// The element that labels the features, if they have labels.
     pub labels: Option<String>,
 }
 
 impl LayerStyle {
-    /// A document of a style.
+    /// Returns the document of the style.
     pub fn document(&self) -> String {
         let labels = self.labels.as_deref().unwrap_or_default();
         format!(
@@ -33,18 +34,18 @@ impl LayerStyle {
     }
 }
 
-/// How the layer of a name is drawn, if it is one that maps show.
+/// Returns the style of the layer with this name, if maps show such a layer.
 pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
     let style = Style::load("topographic").expect("the built-in styles are good");
     let (water, roads, places, labels) = (&style.water, &style.roads, &style.places, &style.labels);
-    // As wide as on the ground where that is more than a line on paper.
+    // The width on the ground, or the width of a line on paper where this is more.
     let width = |least: f64, most: f64, width_m: &str| {
         format!(
             "max(scale_exp(coalesce({width_m}, 0), 0, 60, {least}, {most}, 0.6), coalesce({width_m}, 0) / @map_scale * 1000)"
         )
     };
     let (renderer, labels) = match name {
-        // Of agents and of fluvial land.
+        // Rivers of agents and of fluvial land. Only the latter have names.
         "rivers" => {
             let wide = width(water.river_mm[0], water.river_mm[1], "(\"width_start_m\" + \"width_end_m\") / 2");
             let symbol = line(&Stroke { wide: Some(wide), ..Stroke::new(water.line, water.river_mm[0]) });
@@ -71,7 +72,7 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
             (ruled("line", &rules), Some(written(height, &labels.contour, Along::Line, &style)))
         }
         "roads" => {
-            // The best last, so that it lies on the others.
+            // The best class comes last, so that it lies on top of the others.
             let classes = ["track", "road", "highway"].into_iter().zip(roads.classes.iter().rev());
             let rules: Vec<(String, &str, String)> = classes
                 .map(|(class, road)| {
@@ -82,7 +83,7 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
                 .collect();
             match shape {
                 Shape::LineZ => (ruled("line", &rules), None),
-                // Those of agents have no classes.
+                // Roads of agents have no classes.
                 _ => (single("line", &rules[1].2), None),
             }
         }
@@ -109,13 +110,13 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
     Some(LayerStyle { renderer, labels })
 }
 
-/// A line of a symbol.
+/// A stroke of a symbol.
 struct Stroke {
     colour: Colour,
     width_mm: f64,
     opacity: f64,
     dashed: bool,
-    /// An expression of its width in millimetres.
+    /// Expression for the width in millimetres, used instead of `width_mm`.
     wide: Option<String>,
 }
 
@@ -129,7 +130,7 @@ fn rgba(Colour([red, green, blue]): Colour, opacity: f64) -> String {
     format!("{red},{green},{blue},{}", (opacity * 255.0).round())
 }
 
-/// A layer of a symbol: its kind, what it is like, and what an expression says of it.
+/// Returns a layer of a symbol: its class, its options, and an expression that sets one of its properties.
 fn layer(class: &str, options: &[(&str, String)], expression: Option<(&str, &str)>) -> String {
     let mut text = format!("<layer class=\"{class}\" enabled=\"1\" pass=\"0\" locked=\"0\"><Option type=\"Map\">");
     let put = |text: &mut String, name: &str, value: &str, kind: &str| {
@@ -145,7 +146,7 @@ fn layer(class: &str, options: &[(&str, String)], expression: Option<(&str, &str
         _ = write!(text, "<Option name=\"properties\" type=\"Map\"><Option name=\"{property}\" type=\"Map\">");
         put(&mut text, "active", "true", "bool");
         put(&mut text, "expression", expression, "QString");
-        // 3 is an expression.
+        // Type 3 is an expression.
         put(&mut text, "type", "3", "int");
         text.push_str("</Option></Option>");
         put(&mut text, "type", "collection", "QString");
@@ -205,7 +206,7 @@ fn symbol(kind: &str, number: usize, layers: &str) -> String {
     )
 }
 
-/// All features alike.
+/// Returns a renderer that draws all features alike.
 fn single(kind: &str, layers: &str) -> String {
     format!(
         "<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" forceraster=\"0\" enableorderby=\"0\">\n<symbols>{}</symbols>\n\
@@ -214,7 +215,8 @@ fn single(kind: &str, layers: &str) -> String {
     )
 }
 
-/// Features by rules: an expression, what the legend says, and the layers of the symbol. Those of the last rule lie above all others.
+/// Returns a renderer with rules, each an expression, a text for the legend, and the layers of the symbol. Features of
+/// the last rule lie on top.
 fn ruled(kind: &str, rules: &[(impl AsRef<str>, &str, String)]) -> String {
     let mut text =
         "<renderer-v2 type=\"RuleRenderer\" symbollevels=\"1\" forceraster=\"0\" enableorderby=\"0\">\n".to_owned();
@@ -229,28 +231,28 @@ fn ruled(kind: &str, rules: &[(impl AsRef<str>, &str, String)]) -> String {
     }
     text.push_str("</rules>\n<symbols>\n");
     for (number, (_, _, layers)) in rules.iter().enumerate() {
-        // Passes, by which casings of one class do not lie on the fill of another.
+        // Passes keep the casings of one class off the fill of another.
         let pass = format!("pass=\"{number}\"");
         text.push_str(&symbol(kind, number, &layers.replace("pass=\"0\"", &pass)));
     }
     text + "</symbols>\n</renderer-v2>\n"
 }
 
-/// Where names stand.
+/// Placement of labels.
 #[derive(Clone, Copy, PartialEq)]
 enum Along {
-    /// Bent along a line.
+    /// Curved along a line.
     Line,
-    /// Within a shape.
+    /// Within a polygon.
     Middle,
     /// Beside a point.
     Point,
 }
 
-/// How names are written: the text is an expression.
+/// Returns the element that labels features. The text is an expression.
 fn written(text: &str, label: &LabelStyle, along: Along, style: &Style) -> String {
     let placement = match along {
-        // Numbers of QGIS: curved, horizontal, around a point in the order that maps prefer.
+        // Placement numbers of QGIS: curved (3), horizontal (4), around a point in the order that maps prefer (6).
         Along::Line => "placement=\"3\" placementFlags=\"9\" maxCurvedCharAngleIn=\"25\" maxCurvedCharAngleOut=\"-25\"",
         Along::Middle => "placement=\"4\"",
         Along::Point => {
@@ -258,7 +260,7 @@ fn written(text: &str, label: &LabelStyle, along: Along, style: &Style) -> Strin
         }
     };
     let italic = u8::from(matches!(label.face, Face::Italic | Face::SemiboldItalic | Face::BoldItalic));
-    // Of a hundred, as the library has it that QGIS is made with.
+    // Font weights on a scale of a hundred, as in Qt, the library that QGIS is built with.
     let weight = match label.face {
         Face::Regular | Face::Italic => 50,
         Face::Semibold | Face::SemiboldItalic => 63,
@@ -274,7 +276,7 @@ fn written(text: &str, label: &LabelStyle, along: Along, style: &Style) -> Strin
          <text-format multilineAlign=\"3\" autoWrapLength=\"0\"/>\n<placement {placement}/>\n\
          <rendering displayAll=\"0\" mergeLines=\"{}\" obstacle=\"0\" minFeatureSize=\"0\"/>\n</settings></labeling>\n",
         escaped(text),
-        // A line is as high as a face is large.
+        // The size of a face is the height of a line.
         label.size_mm / MM_A_POINT,
         rgba(label.colour, 1.0),
         halo.halo_mm * 2.0,

@@ -1,4 +1,4 @@
-//! What every vector export writes: the features of the world, and contours.
+//! The content of all vector exports: the features of the world, and contours.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -13,16 +13,16 @@ use crate::export::vector::store::FeatureStore;
 use crate::features::Row;
 use crate::tile::Tile;
 
-/// The features and contours of a region, under way.
+/// The features and contours of a region, while it is baked.
 pub(crate) struct Vectors<'a> {
     region: Region,
-    /// The features, which are whole when the last row of tiles is there.
+    /// The features, which are complete once the last row of tiles is there.
     pub features: FeatureStore<'a>,
     contours: Mutex<Contours>,
 }
 
 impl<'a> Vectors<'a> {
-    /// None yet. They wait in the folder in which a file will be.
+    /// Begins without features. They wait in the folder of the file that will hold them.
     pub fn create(request: &Request<'a>, file: &Path) -> Result<Vectors<'a>, Error> {
         Ok(Vectors {
             region: request.region,
@@ -31,14 +31,14 @@ impl<'a> Vectors<'a> {
         })
     }
 
-    /// What is kept of a tile.
+    /// Returns the features and contours of a tile as the piece that a sink keeps.
     pub fn take(&self, tile: &Tile) -> Vec<u8> {
-        // Not under the lock: neighbours find theirs meanwhile.
+        // Find contours without the lock, so that other threads find theirs meanwhile.
         let finder = locked(&self.contours).finder();
         Vectors::piece(&self.features.take(tile), &finder.find(tile))
     }
 
-    /// Features and contours of a tile as one piece.
+    /// Packs the features and contours of a tile as one piece.
     pub fn piece(features: &[u8], contours: &[u8]) -> Vec<u8> {
         let mut piece = Vec::with_capacity(features.len() + contours.len() + 16);
         frames::push(&mut piece, features);
@@ -46,7 +46,7 @@ impl<'a> Vectors<'a> {
         piece
     }
 
-    /// Takes in a row of tiles, and hands on the contours that are whole.
+    /// Takes in a row of tiles, and hands on the contours that are complete.
     pub fn put(&self, row: u64, pieces: &[&[u8]], hand_on: impl FnMut(Row) -> Result<(), Error>) -> Result<(), Error> {
         let (mut features, mut contours) = (Vec::new(), Vec::new());
         for piece in pieces {
