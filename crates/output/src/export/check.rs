@@ -1,5 +1,5 @@
-//! Whether a bake is whole: every file against its hash, the registry and the manifest against each other, the edges of
-//! neighbouring tiles against each other, and tiles against the same made again.
+//! Checks of a whole bake: every file against its hash, the registry and the manifest against each other, the edges of
+//! neighbouring tiles against each other, and tiles against the same tiles baked again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -19,36 +19,36 @@ use crate::tile::{Tile, TilePart};
 use crate::walker::Walked;
 use crate::watch::Watch;
 
-/// How many tiles of a bake are made again.
+/// Number of tiles of a bake that are baked again for the check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rebake {
-    /// None.
+    /// No tile.
     None,
-    /// A share, 0 to 1, spread evenly over the region; one at least.
+    /// A share of the tiles, 0 to 1, spread evenly over the region; at least one tile.
     Share(f64),
 }
 
-/// Something that is wrong with a bake.
+/// A fault of a bake.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Fault {
     /// The file, as a path in the folder of the bake.
     pub path: String,
-    /// What is wrong with it.
+    /// Description of the fault.
     pub message: String,
 }
 
-/// What was looked at, and what is wrong.
+/// Results of a check.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checked {
-    /// Files of the bake.
+    /// Number of files of the bake.
     pub files: u64,
-    /// Their bytes.
+    /// Bytes of these files.
     pub bytes: u64,
-    /// Pairs of files of neighbouring tiles whose edges were compared.
+    /// Number of pairs of files of neighbouring tiles whose edges were compared.
     pub seams: u64,
-    /// Tiles that were made again.
+    /// Number of tiles that were baked again.
     pub tiles: u64,
-    /// What is wrong, by path.
+    /// The faults, sorted by path.
     pub faults: Vec<Fault>,
 }
 
@@ -58,10 +58,10 @@ impl Checked {
     }
 }
 
-/// Looks at the bake in a folder, on the threads of the current rayon pool.
+/// Checks the bake in a folder, on the threads of the current rayon pool.
 ///
 /// # Errors
-/// When neither the manifest nor the registry says what was baked, or when tiles are to be made again and cannot be.
+/// When neither the manifest nor the registry says what was baked, or when tiles are to be baked again and cannot be.
 pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Error> {
     if !folder.join(manifest::PATH).exists() && begun(folder).is_some() {
         return Err(Error::Faulty {
@@ -81,7 +81,7 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
     } else {
         let path = folder.join(manifest::PATH);
         let text = fs::read_to_string(&path).map_err(Error::io(&path))?;
-        // A manifest has one form, and says its own hash.
+        // A manifest has exactly one text form, and contains its own hash.
         if !manifest.is_sealed() || text != manifest.to_json() {
             checked.add(manifest::PATH, "is not as it was written");
         }
@@ -99,7 +99,7 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
     Ok(checked)
 }
 
-/// What is wrong with the files of a bake.
+/// Returns the faults of the files of a bake.
 pub(super) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) -> Vec<Fault> {
     watch.begin("reading files", Some((files.len() as u64, "files")));
     let fault = |record: &FileRecord| {
@@ -110,11 +110,11 @@ pub(super) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) ->
     files.par_iter().filter_map(fault).collect()
 }
 
-/// What was baked in a folder: as the manifest says it, or as the registry does where that is not as it was written, and if that says
-/// nothing either, as the manifest says it all the same.
+/// Returns the description of the bake in a folder. The sources in order: the manifest if its hash is right; the
+/// registry; the manifest all the same. A manifest that is missing is not replaced by the registry.
 ///
 /// # Errors
-/// When neither can be read.
+/// When neither can be read, or the manifest is missing.
 pub(super) fn told(folder: &Path) -> Result<Manifest, Error> {
     let read = Manifest::read(folder);
     if read.as_ref().is_ok_and(Manifest::is_sealed) {
@@ -129,17 +129,17 @@ pub(super) fn told(folder: &Path) -> Result<Manifest, Error> {
             Ok(())
         };
         registry.for_each_file(list).ok()?;
-        // Without a seal of its own: whoever reads it knows that it is no manifest that was written.
+        // Without a hash, so that callers see that this manifest was not read from its file.
         Manifest { files, blake3: String::new(), ..plan }.checked().ok()
     };
-    // One that is not there was taken away, or never written.
+    // A missing manifest was removed on purpose, or never written: the registry does not replace it.
     if folder.join(manifest::PATH).exists() { by_registry().map_or(read, Ok) } else { read }
 }
 
-/// Compares the edges that files of neighbouring tiles share: of PNG and of bare 16-bit heights.
+/// Compares the edges that files of neighbouring tiles share. Reads PNG, and bare 16-bit heights.
 fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
     let faulty: BTreeSet<&str> = checked.faults.iter().map(|fault| &fault.path[..]).collect();
-    // Files that hold their own vertices alone have no edge in common.
+    // Only rasters of a tile's vertices share edges. Rasters of another size have no edge in common.
     let side = manifest.region.tile_cells as usize + 1;
     let edges = |record: &FileRecord| {
         let tile = record.tile.filter(|_| record.width == Some(side as u64) && record.height == record.width)?;
@@ -170,9 +170,9 @@ fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
     checked.faults.extend(faults);
 }
 
-/// What files of an export have in common, whichever tile they are of: their path without `x0_y0`.
+/// Returns the path without the tile's `x0_y0`, which is the same for all tiles of an export.
 fn stem(path: &str) -> String {
-    // Those in the world may be below zero.
+    // Numbers of tiles in the world may be negative.
     let number = |text: &str| {
         let digits = text.strip_prefix('-').unwrap_or(text);
         let count = digits.bytes().take_while(u8::is_ascii_digit).count();
@@ -222,7 +222,7 @@ impl Edges {
     }
 }
 
-/// Compares the registry with the manifest, and some of its tiles with the same made again.
+/// Compares the registry with the manifest, and some of its tiles with the same tiles baked again.
 fn check_registry(
     folder: &Path,
     manifest: &Manifest,
@@ -265,7 +265,7 @@ fn check_registry(
     for path in others {
         checked.add(NAME, format!("has another {path} than the manifest"));
     }
-    // It cannot list itself.
+    // The registry has no row for its own file, so the manifest lists one file more.
     if count + 1 != known.len() && manifest.is_sealed() {
         checked.add(NAME, format!("has {count} files, and the manifest {} besides it", known.len().saturating_sub(1)));
     }
@@ -280,7 +280,7 @@ fn check_registry(
     let count = ((rows.len() as f64 * share).ceil() as usize).clamp(1, rows.len().max(1)).min(rows.len());
     let chosen: Vec<&TileRow> = (0..count).map(|number| &rows[number * rows.len() / count]).collect();
     let world = manifest.world()?;
-    // A tile of a walk comes back by the records of all.
+    // A tile of a walk is made again from the records of all tiles.
     let records = rows.iter().filter_map(TileRow::walk_record);
     let walked = manifest.walk.is_some().then(|| Walked::new(&world, records)).transpose()?;
     watch.begin("baking tiles again", Some((count as u64, "tiles")));

@@ -1,4 +1,5 @@
-//! What a bake takes of the machine: memory by reasoning; disk and time by some of its tiles, which are baked and thrown away.
+//! The cost of a bake: memory is computed from the plan; disk and time are measured on sample tiles, which are baked
+//! and thrown away.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -21,29 +22,29 @@ use crate::registry;
 use crate::tile::shaped_input;
 use crate::watch::Watch;
 
-/// What a bake will leave and need.
+/// The files that a bake will leave and the resources that it needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// Files, the manifest among them.
+    /// Number of files, the manifest included.
     pub files: u64,
     threads: usize,
-    /// Bytes of memory beside what worlds remember, and how many worlds do.
+    /// Bytes of memory besides those that worlds remember, and the number of such worlds.
     working_bytes: u64,
     worlds: u64,
-    /// The most that one remembers.
+    /// Largest number of bytes that one world remembers.
     remembered_bytes: u64,
-    /// What tiles of it have said, if any were looked at.
+    /// The forecast from sample tiles, if any were baked.
     pub forecast: Option<Forecast>,
 }
 
-/// What a bake will leave on the disk, and how long it takes, by some of its tiles.
+/// A forecast of disk and time for a bake, from some of its tiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
-    /// Bytes on the disk: with a margin, so that as a rule a bake takes less.
+    /// Bytes on the disk, with a margin: a bake nearly always takes less.
     pub disk_bytes: u64,
-    /// Those of them in each folder of the bake, by its name.
+    /// Bytes on the disk in each folder of the bake, by the folder's name.
     folders: BTreeMap<String, u64>,
-    /// About how long it takes, if it is not a merge, whose tiles are there already.
+    /// Approximate duration; `None` for a merge, whose tiles are there already.
     pub time: Option<Duration>,
     /// Bytes that a world will remember.
     remembered_bytes: u64,
@@ -57,32 +58,32 @@ impl Forecast {
 }
 
 impl Cost {
-    /// What the bake of a plan takes on so many threads.
+    /// Computes the cost of baking a plan on `threads` threads.
     pub(super) fn new(plan: &Plan, threads: usize) -> Cost {
         let format = plan.format_cost();
-        // The manifest, the registry, and what a profile writes besides.
+        // Two for the manifest and the registry, and the files that a profile adds.
         let written = plan.profile().map_or(0, |profile| profile.written().len() as u64);
         let files = format.files.saturating_add(2 + written);
-        // The agents of a walk remember their records alone.
+        // The agents of a walk remember only their records.
         let remembered_bytes = plan.walk().map_or_else(|| plan.world().memory_bytes(plan.made().cols()), |_| 0);
         let working_bytes = working_bytes(plan, &format, files, threads);
         Cost { files, threads, working_bytes, worlds: 1 + format.worlds, remembered_bytes, forecast: None }
     }
 
-    /// The cost, with what tiles have said.
+    /// Adds a forecast to the cost.
     pub(super) fn with(self, forecast: Forecast) -> Cost {
         Cost { forecast: Some(forecast), ..self }
     }
 
-    /// The most bytes of memory that may be in use.
+    /// Returns the largest number of bytes of memory that may be in use.
     pub fn memory_bytes(&self) -> u64 {
         let of_tiles = self.forecast.as_ref().map_or(u64::MAX, |forecast| forecast.remembered_bytes);
         let remembered = self.remembered_bytes.min(of_tiles).saturating_mul(self.worlds);
         memory::told(self.threads, self.working_bytes, remembered)
     }
 
-    /// Whether there may be too little room for the bake, so that it is worth to look at some of its tiles: no export takes so many
-    /// bytes a vertex unless its contours are very close.
+    /// True if the disk may be too small for the bake, so that sample tiles are worth baking. The limit of 4 KiB for
+    /// each vertex and export is exceeded only where contours are very close.
     pub fn may_fill(&self, plan: &Plan, out: &Path) -> bool {
         const MOST_BYTES: u64 = 4 << 10;
         let most = plan.vertices().saturating_mul(MOST_BYTES * plan.exports().len() as u64);
@@ -93,19 +94,22 @@ impl Cost {
 /// Bytes of a file's entry in the manifest, rounded up: a path, a hash, and some numbers with their names.
 const RECORD_BYTES: u64 = 512;
 
-/// The most memory of the bake of a plan on so many threads, beside the program and what worlds remember.
+/// Returns the most memory that the bake of a plan takes, besides the program itself and what worlds remember.
 fn working_bytes(plan: &Plan, format: &FormatCost, files: u64, threads: usize) -> u64 {
     let (world, region) = (plan.world(), plan.made());
     let tile = region.at().area(region.tile_cells());
     let [shaped, vertices] = [shaped_input(world, tile), tile].map(|area| area.len() as u64);
-    // The land that a tile is made of and another one that it is made from, four numbers of normal and slope and two words of weights.
+    // Two copies of the land around a tile, the result and its source; and for each vertex of the tile four numbers for
+    // normal and slope, and two words of weights.
     let land = shaped * 2 * Land::VERTEX_BYTES + vertices * (16 + 8);
-    // What is kept of rows of tiles: one batch waits while the next is made. In a shard and in a merge it is packed besides.
+    // Pieces of rows of tiles: one batch waits while the next is made. A shard and a merge also hold pieces in packed
+    // form.
     let kept = vertices * format.kept_a_vertex;
     let batch = region.cols().saturating_mul(rows_in_flight(&region, threads)).saturating_mul(kept);
     let packed = if plan.is_merge() { batch } else { 0 };
     let packing = if plan.shard().is_some() { 2 * kept } else { 0 };
-    // Tiles stand around a walker, and as many as a step through a corner makes: heights, normals, weights, and what lines do to them.
+    // The tiles around a walker, and as many more as one step past a corner makes: heights, normals, weights, and the
+    // changes made by rivers and roads.
     let walking = plan.walk().map_or(0, |walk| {
         let side = 2 * u64::from(walk.tour().layers) + 1;
         let records = plan.tiles().saturating_mul(2 * TileRecord::BYTES as u64);
@@ -124,25 +128,25 @@ fn working_bytes(plan: &Plan, format: &FormatCost, files: u64, threads: usize) -
     parts.into_iter().fold(0, u64::saturating_add)
 }
 
-/// How many times as much disk is told as tiles have taken on the mean, since others may take more.
+/// Safety factor for the forecast of disk: other tiles may take more than the mean of the sample.
 const MARGIN: f64 = 2.0;
 
-/// Bytes of a manifest without its files: a recipe of some kilobytes.
+/// Bytes of a manifest without its list of files: a recipe of some kilobytes.
 const MANIFEST_BYTES: u64 = 8 << 10;
 
-/// Bytes of a text that a profile writes: the longest has 33 KB.
+/// Bytes of one text that a profile writes, rounded up: the longest has 33 KB.
 const WRITTEN_BYTES: u64 = 48 << 10;
 
 /// Bytes of files, by kind.
 type Sizes = BTreeMap<Kind, f64>;
 
-/// A kind of files: those of an export in a folder of the bake.
+/// A kind of files: those of one export in one folder of the bake.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     export: String,
     folder: String,
-    /// Whether a bake has them once, however many tiles there are: lists in the folder of the bake, which say what other files are,
-    /// and what places a picture of the region beside it.
+    /// True if a bake has these files once, however many tiles it has: lists in the folder of the bake that describe
+    /// other files, and the sidecar files that georeference a picture of the region.
     is_once: bool,
 }
 
@@ -155,36 +159,39 @@ impl Kind {
     }
 }
 
-/// Tiles of a bake, each baked alone and thrown away.
+/// Sample tiles of a bake, each baked alone and thrown away.
 #[derive(Debug, Default)]
 pub struct Trial {
     tiles: u64,
-    /// What their files have, and those that hold features if these are cut off at the tile's edge.
+    /// Bytes of the sample's files; and bytes of the files that hold features, if features are cut off at the tile's
+    /// edge.
     sizes: Sizes,
     clipped: Sizes,
-    /// What files have before there is any tile in them.
+    /// Bytes that files have before they hold any tile.
     heads: Sizes,
-    /// Of the exports that grow by something else than tiles how much of that there was, and seconds that it took to end them.
+    /// For each export that grows by other units than tiles: the units in the sample, and the seconds that finishing it
+    /// took.
     ended: BTreeMap<&'static str, (u64, f64)>,
-    /// Seconds of one thread to plan what lies around a tile, and to make it then, with so many threads at work.
+    /// Seconds of one thread to plan the surroundings of a tile, and then to make the tile while `at_once` threads
+    /// work.
     planning_s: f64,
     making_s: f64,
     at_once: usize,
-    /// What the memories of the world held when it had made the first tile.
+    /// Contents of the world's caches after it had made the first tile.
     usages: Vec<Usage>,
 }
 
-/// Of a large bake the tiles that are looked at: as many as have so many vertices, or one of so many if these are more. Enough to
-/// see land and sea, for a second of work or a sixteenth of it.
+/// Size of the sample: as many tiles as have `LOOKED_AT_VERTICES` vertices, or one tile of `ONE_OF` if that is more,
+/// and at most `MOST_TILES`. Enough to see land and sea, for a second of work or a sixteenth of the bake.
 const LOOKED_AT_VERTICES: u64 = 1 << 19;
 const ONE_OF: u64 = 16;
 const MOST_TILES: u64 = 16;
 
-/// Those of them for which exports are baked that take long to end, such as maps at all scales.
+/// Number of sample tiles for which exports that take long to finish, such as maps at all scales, are baked too.
 const ENDED: usize = 2;
 
 impl Trial {
-    /// Bakes tiles of a plan on the threads of the current rayon pool.
+    /// Bakes sample tiles of a plan on the threads of the current rayon pool.
     pub(super) fn take(plan: &Plan) -> Result<Trial, Error> {
         let (tiles, exports, own) = (spread(plan), plan.exports(), plan.vectors().clipped);
         let request = plan.request_of_made();
@@ -196,7 +203,7 @@ impl Trial {
             let exports = if index < ENDED { exports } else { &of_tiles };
             Baked::of(&plan.of_tile(*tile, own, exports.to_vec())?)
         };
-        // The first one alone: what is planned for it shows in what the world remembers, and how long that takes.
+        // The first tile is baked alone, to measure the time of its planning and what the world remembers of it.
         let first = bake((0, &tiles[0]))?;
         let mut trial = Trial { tiles: tiles.len() as u64, usages: plan.world().usages(), ..Trial::default() };
         let others = tiles.par_iter().enumerate().skip(1).map(bake).collect::<Result<Vec<Baked>, Error>>()?;
@@ -204,7 +211,8 @@ impl Trial {
         for one in &baked {
             add(&mut trial.sizes, &one.sizes);
         }
-        // The same without what reaches out of a tile: of that there is as much as the region has edge.
+        // Bake again with features cut off at the tile's edge: the parts beyond the edge grow with the region's edge,
+        // not with its area.
         if !own && !cut.is_empty() && plan.shard().is_none() {
             let clipped = tiles.par_iter().map(|tile| Baked::of(&plan.of_tile(*tile, true, cut.clone())?));
             for one in clipped.collect::<Result<Vec<Baked>, Error>>()? {
@@ -219,7 +227,8 @@ impl Trial {
                 *ended = (ended.0 + units, ended.1 + one.seconds(|stage| stage == format!("finish {export}")));
             }
         }
-        // Once more, as many at a time as in the bake: what lies around is planned by now.
+        // Bake once more, with as many tiles at a time as in the bake. The surroundings are planned already, so only
+        // making counts.
         let is_made = |stage: &str| !stage.starts_with("finish ") && stage != bake::JOURNAL;
         let seconds = |baked: &[Baked]| baked.iter().map(|one| one.seconds(is_made)).sum::<f64>() / baked.len() as f64;
         trial.at_once = rayon::current_num_threads().min(tiles.len());
@@ -230,7 +239,7 @@ impl Trial {
         Ok(trial)
     }
 
-    /// What they say of a bake of the same world and exports.
+    /// Forecasts a bake of the same world and exports.
     pub fn forecast(&self, plan: &Plan) -> Forecast {
         let (request, region) = (plan.request_of_made(), plan.made());
         let tiles = request.tiles() as f64;
@@ -256,7 +265,7 @@ impl Trial {
         let files = plan.cost(1).files;
         let written = plan.profile().map_or(0, |profile| profile.written().len() as u64 * WRITTEN_BYTES);
         let lists = registry_file::bytes(plan, files) + MANIFEST_BYTES + files.saturating_mul(RECORD_BYTES) + written;
-        // What is kept of a walk's tiles is on the disk until the last one stands.
+        // The pieces of a walk's tiles stay on the disk until the last tile is made.
         let kept = plan.walk().map_or(0, |_| request.vertices().saturating_mul(plan.format_cost().kept_a_vertex));
         let whole = folders.values().sum::<f64>() as u64;
         Forecast {
@@ -276,23 +285,24 @@ impl Trial {
         Duration::from_secs_f64((work_s / self.at_once as f64).min(1e15))
     }
 
-    /// What is remembered grows with the area that is planned for, up to what memories hold.
+    /// Estimates the bytes that a world remembers: they grow with the planned area, up to the limit of each cache.
     fn remembered_bytes(&self, plan: &Plan) -> u64 {
         let growth = growth(plan, plan.world().planned_around());
-        // One whose values are large may hold more already than it should.
+        // A cache with large values may already hold more than its limit.
         let remembered = |usage: &Usage| (usage.held as f64 * growth).min(usage.most as f64).max(usage.held as f64);
         self.usages.iter().map(remembered).sum::<f64>() as u64
     }
 }
 
-/// How many times as much is planned for a bake as for one of its tiles, given the vertices around either for which it is.
+/// Returns the ratio of the area that is planned for a bake to the area planned for one of its tiles. `around` is the
+/// width in vertices of the margin that is planned around either of them.
 fn growth(plan: &Plan, around: i64) -> f64 {
     let side = |vertices: u64| vertices as f64 + 2.0 * around as f64;
     let region = plan.made();
     side(region.width()) * side(region.height()) / side(region.tile_cells().into()).powi(2)
 }
 
-/// A bake of one tile, which is gone.
+/// Sizes and times of the bake of one tile, whose files are removed again.
 struct Baked {
     sizes: Sizes,
     stages: Vec<(String, Duration)>,
@@ -311,13 +321,14 @@ impl Baked {
         })
     }
 
-    /// Seconds of one thread that some stages took.
+    /// Returns the seconds of one thread that the chosen stages took.
     fn seconds(&self, is_meant: impl Fn(&str) -> bool) -> f64 {
         self.stages.iter().filter(|(stage, _)| is_meant(stage)).map(|(_, spent)| spent.as_secs_f64()).sum()
     }
 }
 
-/// Bytes of the files of a plan of one tile that shows nothing, of exports whose files have bytes of their own.
+/// Returns the bytes of files of a one-tile plan that show nothing, for exports whose files have bytes besides those of
+/// tiles.
 fn head(plan: &Plan) -> Result<Sizes, Error> {
     let aside = aside()?;
     for folder in plan.folders() {
@@ -336,7 +347,7 @@ fn head(plan: &Plan) -> Result<Sizes, Error> {
     Ok(by_kind(files.iter()))
 }
 
-/// A folder that is removed with all that is in it when it is dropped.
+/// Makes a temporary folder, which is removed with its contents when dropped.
 fn aside() -> Result<tempfile::TempDir, Error> {
     tempfile::tempdir().map_err(Error::io(std::env::temp_dir()))
 }
@@ -355,7 +366,7 @@ fn add(sum: &mut Sizes, more: &Sizes) {
     }
 }
 
-/// Tiles of a plan, spread evenly over it and the same each time.
+/// Chooses tiles of a plan, spread evenly over it and the same each time.
 fn spread(plan: &Plan) -> Vec<TileId> {
     let (region, tiles) = (plan.made(), plan.tiles());
     let looked_at = LOOKED_AT_VERTICES / (u64::from(region.tile_cells()) + 1).pow(2);
@@ -363,7 +374,7 @@ fn spread(plan: &Plan) -> Vec<TileId> {
     let nth = |index: u64| (2 * index + 1) * tiles / (2 * count);
     let place = |index: u64| match count == tiles {
         true => Place { row: index / region.cols(), col: index % region.cols() },
-        // Each golden section of the way from west to east lies far from those before it.
+        // Steps of the golden section from west to east put each column far from the columns before it.
         false => Place {
             row: (2 * index + 1) * region.rows() / (2 * count),
             col: ((index as f64 * GOLDEN).fract() * region.cols() as f64) as u64,
@@ -376,5 +387,5 @@ fn spread(plan: &Plan) -> Vec<TileId> {
     (0..count).filter_map(tile).collect::<BTreeSet<TileId>>().into_iter().collect()
 }
 
-/// The golden section.
+/// The golden section: the larger part of a line of length 1.
 const GOLDEN: f64 = 0.618_033_988_749_895;

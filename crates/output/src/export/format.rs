@@ -1,5 +1,5 @@
-//! What every format has to say of itself. The plan of a bake, the help, the registry and the removal of old files ask
-//! the [list](super::formats) and nobody by name.
+//! The trait of all formats. The plan of a bake, the help, the registry and the removal of old files go through the
+//! [list](super::formats) of formats and never refer to a single format by name.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::tile::accumulation_input;
 use crate::walker::Walk;
 use crate::world::World;
 
-/// What a bake asks of its formats.
+/// A bake, as its formats see it.
 #[derive(Clone, Copy)]
 pub(crate) struct Request<'a> {
     /// The name of the preset.
@@ -22,44 +22,47 @@ pub(crate) struct Request<'a> {
     pub meshes: &'a MeshOptions,
     pub vectors: &'a VectorOptions,
     pub names: TileNames,
-    /// Metres of the least and of the greatest step of 16-bit heights.
+    /// Metres of the lowest and of the highest step of 16-bit heights.
     pub height_range_m: (f32, f32),
-    /// The walk whose tiles are shown, if they are not all of the region.
+    /// The walk whose tiles are shown, if they are not all tiles of the region.
     pub walk: Option<&'a Walk>,
-    /// Whether the tiles are those of a shard: what sinks keep of them is written down, and the same however often it is made.
+    /// True if the tiles are those of a shard. Then the pieces that sinks keep of tiles are stored on disk, and must be
+    /// the same however often the shard is baked.
     pub is_shard: bool,
 }
 
 impl Request<'_> {
-    /// How many tiles there are.
+    /// Returns the number of tiles.
     pub fn tiles(&self) -> u64 {
         self.walk.map_or(self.region.tiles(), |walk| walk.tiles().len() as u64)
     }
 
-    /// Their vertices; of a walk those of its edges are counted with each tile.
+    /// Returns the number of vertices; of a walk, vertices on the edges between tiles count with each tile.
     pub fn vertices(&self) -> u64 {
         let side = u64::from(self.region.tile_cells()) + 1;
         self.walk.map_or(self.region.vertices(), |walk| walk.tiles().len() as u64 * side * side)
     }
 }
 
-/// Memory that a format takes while it is written, beside the tiles themselves; and its files.
+/// Number of files of a format, and the memory that it takes while it is written, besides the tiles themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FormatCost {
-    /// Files.
+    /// Number of files.
     pub files: u64,
-    /// The most bytes that are kept of each vertex until its row of tiles is written: the row waits whole, and so does the next.
+    /// Largest number of bytes kept of each vertex until its row of tiles is written. A whole row waits in memory, and
+    /// the next one as well.
     pub kept_a_vertex: u64,
-    /// The most bytes that a thread takes to draw a tile and to pack its file.
+    /// Largest number of bytes that a thread takes to draw a tile and to pack its file.
     pub thread_bytes: u64,
-    /// The most bytes that are held besides, once.
+    /// Largest number of bytes held once, besides those of vertices and threads.
     pub held_bytes: u64,
-    /// Worlds that remember as much as the one that is baked.
+    /// Number of further worlds, each of which remembers as much as the one that is baked.
     pub worlds: u64,
 }
 
 impl FormatCost {
-    /// The cost of two formats together: a thread makes the files of one after those of the other, so the larger of both counts there.
+    /// Returns the cost of two formats together. A thread makes the files of one after those of the other, so of the
+    /// bytes a thread only the larger number counts.
     pub fn and(self, other: FormatCost) -> FormatCost {
         FormatCost {
             files: self.files.saturating_add(other.files),
@@ -71,44 +74,45 @@ impl FormatCost {
     }
 }
 
-/// What a thread takes to find how much land drains through each vertex of a tile, and what grows there: of each vertex of the land
-/// around the tile its height, water, eight shares, and what has come there before a step and after it; and four densities.
+/// Returns the bytes that a thread takes to compute the flow accumulation and the vegetation of a tile. Each vertex of
+/// the land around the tile has height, water, eight flow shares, and the accumulation before a step and after it; each
+/// vertex of the tile has its accumulation and four densities.
 pub(crate) fn accumulation_bytes(region: &Region) -> u64 {
     let tile = region.at().area(region.tile_cells());
     let around = accumulation_input(tile).len() as u64;
     around * (Land::VERTEX_BYTES + 8 * 4 + 2 * 4) + tile.len() as u64 * (4 + 4 * 4)
 }
 
-/// What a format would show and a world has not, in words of an error.
+/// Something that a format shows and a world lacks, in words for an error message.
 pub(crate) struct Lack {
-    /// What the format shows.
+    /// The thing that the format shows.
     pub shows: &'static str,
-    /// What the world has instead.
+    /// The thing that the world has instead.
     pub has: &'static str,
-    /// What preset to bake for it.
+    /// The preset to bake for this format.
     pub preset: &'static str,
 }
 
-/// A format: something that a bake can leave. It lives in one file, and in the list.
+/// A format: a kind of files that a bake can leave. Each format lives in one file, and in the list.
 pub(crate) trait Format: Sync {
-    /// The name, as the command and the manifest know it.
+    /// Returns the name, as on the command line and in the manifest.
     fn name(&self) -> &'static str;
 
-    /// What the format holds, in a few words.
+    /// Returns a description of the format in a few words.
     fn about(&self) -> &'static str;
 
-    /// What a world has not and it would show. Default: nothing.
+    /// Returns the thing that the format shows and the world lacks. Default: nothing.
     fn lacks(&self, _world: &World) -> Option<Lack> {
         None
     }
 
-    /// Whether it shows tiles as they are given, and not what the world says of their place; and where it is of the region, can be
-    /// silent where no tile is. Others cannot show a walk. Default: no.
+    /// True if the format can show a walk: it shows tiles as they are given and does not ask the world about their
+    /// surroundings, and if it is one of the whole region, it can leave places without a tile empty. Default: no.
     fn shows_walks(&self) -> bool {
         false
     }
 
-    /// Whether it can hold what is asked for. Default: it holds everything.
+    /// Checks that the format can hold what is asked for. Default: it holds everything.
     ///
     /// # Errors
     /// When it cannot; the hint says what will do.
@@ -116,7 +120,8 @@ pub(crate) trait Format: Sync {
         Ok(())
     }
 
-    /// Whether its files can hold the meshes that are asked for; looked at when it is known how these are made. Default: they can.
+    /// Checks that the format's files can hold the meshes that are asked for. Called when the mesh options are known.
+    /// Default: they can.
     ///
     /// # Errors
     /// When they cannot, however small the meshes turn out to be; the hint says what will do.
@@ -124,62 +129,65 @@ pub(crate) trait Format: Sync {
         Ok(())
     }
 
-    /// What may turn out only when it is made: that its files cannot hold it. Default: nothing.
+    /// Returns a warning if the files may prove too small for their contents, which shows only when they are made.
+    /// Default: none.
     fn warning(&self, _request: &Request) -> Option<String> {
         None
     }
 
-    /// The name of the format that its files refer to, and which must be baked with it. Default: none.
+    /// Returns the name of the format that its files refer to, and which must be baked with it. Default: none.
     fn needs(&self) -> Option<&'static str> {
         None
     }
 
-    /// The options of the command that only some formats read, and that this one reads. Default: none.
+    /// Returns those options that this format reads, among the command's options that only some formats read. Default:
+    /// none.
     fn options(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// The folders of its files in that of the bake; `""` is that folder itself.
+    /// Returns the folders of its files, relative to the folder of the bake; `""` is that folder itself.
     fn folders(&self) -> Vec<&'static str>;
 
-    /// The rasters that have a tile's vertices, as the registry lists them. Default: none.
+    /// Returns the paths of the rasters that hold a tile's vertices, as the registry lists them. Default: none.
     fn rasters_of(&self, _region: &Region, _place: Place, _names: TileNames) -> Vec<String> {
         Vec::new()
     }
 
-    /// Whether all that it leaves are files of single tiles, which are the same in every region that has them. Default: no.
+    /// True if all its files belong to single tiles and are the same in every region that has those tiles. Default: no.
     fn is_of_tiles_alone(&self) -> bool {
         false
     }
 
-    /// How many files it has, and what memory these take.
+    /// Returns the number of its files, and the memory that they take.
     fn cost(&self, request: &Request) -> FormatCost;
 
-    /// By what its files grow: by tiles, unless it counts something else. Default: nothing else.
+    /// Returns the number of units by which its files grow, if these are not tiles. Default: `None`, for files that
+    /// grow by tiles.
     fn units(&self, _request: &Request) -> Option<u64> {
         None
     }
 
-    /// For each of its sinks the piece of a tile that shows nothing, if the sink needs one to end a region of one tile; or `None`. Files
-    /// that are ended so have bytes that count once and not for each tile: empty tables of a database, or texts of a picture about
-    /// itself. Default: none.
+    /// Returns for each sink the piece of a tile that shows nothing, if the sink needs such a piece to end a region of
+    /// one tile; or `None`. Files that are ended so show the bytes that count once and not for each tile: empty tables
+    /// of a database, or the texts in which a picture describes itself. Default: none.
     fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {
         None
     }
 
-    /// The sinks that write it into the folder of a bake.
+    /// Creates the sinks that write the format into the folder of a bake.
     ///
     /// # Errors
     /// When a file cannot be begun.
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error>;
 }
 
-/// The folder of a path in that of a bake, `""` for that folder itself.
+/// Returns the folder of a path in the folder of the bake, or `""` if the path has none.
 pub(crate) fn folder(path: &str) -> &str {
     path.split_once('/').map_or("", |parts| parts.0)
 }
 
-/// The path without its folder.
+/// Returns the path without its folder.
 pub(crate) fn file_name(path: &str) -> &str {
     path.rsplit_once('/').map_or(path, |parts| parts.1)
 }

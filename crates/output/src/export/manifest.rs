@@ -1,4 +1,4 @@
-//! `bake.json`: what a bake was made from and what it left.
+//! `bake.json`: the input of a bake and the list of its files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,10 +20,11 @@ use crate::preset::Preset;
 use crate::walker::{Tour, Walk};
 use crate::world::World;
 
-/// The file in the folder of the bake. It is written last: where it stands, all files that it names are whole.
+/// Name of the file in the folder of the bake. The file is written last: if it exists, all files that it lists are
+/// whole.
 pub(crate) const PATH: &str = "bake.json";
 
-/// What a bake was made from and what it left. The same bake writes the same bytes: there is no date in it.
+/// The input of a bake and the list of its files. The same bake writes the same bytes: the manifest has no date.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Manifest {
     /// Always `terrane bake`.
@@ -32,7 +33,8 @@ pub struct Manifest {
     pub format_version: u32,
     /// Version of the program.
     pub generator: String,
-    /// The version of what each layer of the program makes: with others it may be another world. None in old ones.
+    /// Version of each layer of the program: with other versions, the same preset may give another world. None in old
+    /// files.
     #[serde(default)]
     pub layers: BTreeMap<String, u32>,
     /// The preset's name.
@@ -41,50 +43,53 @@ pub struct Manifest {
     pub preset: Preset,
     /// The seed in use.
     pub seed: u64,
-    /// Which tiles were baked.
+    /// The tiles that were baked.
     pub region: RegionRecord,
-    /// Vertices of the preset's spacing from one vertex of the files to the next: 1, or a power of two of a bake at a scale.
+    /// Vertices of the preset's spacing from one vertex of the files to the next: 1, or a power of two of a bake at a
+    /// scale.
     pub stride: i64,
     /// Metres between neighbouring vertices of the files.
     pub spacing_m: f64,
-    /// What 16-bit heights mean.
+    /// Scale of 16-bit heights.
     pub height_range: HeightRange,
     /// Height of the sea's surface in metres, where the world has a sea.
     pub sea_level_m: Option<f64>,
-    /// How rasters lie in the world.
+    /// Orientation of rasters in the world.
     pub axes: Axes,
-    /// The exports that were asked for, those of the profile among them.
+    /// The exports that were asked for, those of the profile included.
     #[serde(default)]
     pub exports: Vec<String>,
-    /// The profile that was asked for, if one was.
+    /// The profile that was asked for, if any.
     #[serde(default)]
     pub profile: Option<String>,
-    /// How meshes were made.
+    /// Options of meshes.
     #[serde(default)]
     pub meshes: MeshOptions,
-    /// How files of tiles are named.
+    /// Naming of the files of tiles.
     #[serde(default)]
     pub tile_names: TileNames,
-    /// How vectors were written.
+    /// Options of vectors.
     #[serde(default)]
     pub vectors: VectorOptions,
-    /// The walk whose tiles these are: which of the region's were baked, and in which order. None where all of them were.
+    /// The walk that was baked: the tiles of the region that it has, and their order. None if all tiles of the region
+    /// were baked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walk: Option<Tour>,
-    /// The shard of the region that these files are, if they are one: which of its tiles were baked. None where all of them were.
+    /// The shard of the region that was baked: the tiles that it has. None if all tiles of the region were baked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<ShardRecord>,
     /// Every other file of the bake, sorted by path.
     pub files: Vec<FileRecord>,
-    /// BLAKE3 hash, in hexadecimal, of this file as it would be with nothing between these quotes; none in old ones.
+    /// BLAKE3 hash, in hexadecimal, of this file with this value empty; none in old files.
     #[serde(default)]
     pub blake3: String,
 }
 
-/// Which tiles were baked.
+/// The tiles that were baked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RegionRecord {
-    /// The north-western tile. Files of tiles count from it, unless they are named after the world: `x0_y0` is this one.
+    /// The north-western tile. In file names, tiles count from this one, `x0_y0`, unless files are named after the
+    /// world.
     pub at: TileId,
     /// Tiles from west to east.
     pub cols: u64,
@@ -105,7 +110,7 @@ pub struct RegionRecord {
 }
 
 impl RegionRecord {
-    /// What is written down of a region whose vertices lie so far apart, and of the origin of its meshes.
+    /// Records a region, the distance between its vertices, and the origin of its meshes.
     pub(super) fn new(region: &Region, spacing_m: f64, mesh_origin_m: [f64; 2]) -> RegionRecord {
         let TileId { x, y } = region.at();
         let metres = |tile: i64| (tile * region.tile_cells() as i64) as f64 * spacing_m;
@@ -122,23 +127,23 @@ impl RegionRecord {
         }
     }
 
-    /// The region.
+    /// Returns the region.
     ///
     /// # Errors
-    /// When there cannot be such a one.
+    /// When the numbers make no possible region.
     pub fn region(&self) -> Result<Region, Error> {
         Region::new(self.at, self.cols, self.rows, self.tile_cells)
     }
 }
 
-/// Which tiles of a region a shard has.
+/// The tiles of a region that belong to a shard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ShardRecord {
-    /// Its number, from 1 on.
+    /// Number of the shard, from 1 on.
     pub number: u64,
-    /// How many shards the region has.
+    /// Number of shards of the region.
     pub of: u64,
-    /// Its north-western tile.
+    /// The north-western tile of the shard.
     pub at: TileId,
     /// Tiles from west to east.
     pub cols: u64,
@@ -147,7 +152,7 @@ pub struct ShardRecord {
 }
 
 impl ShardRecord {
-    /// What is written down of a shard of a region.
+    /// Records a shard of a region.
     ///
     /// # Errors
     /// When there is no such shard.
@@ -162,7 +167,7 @@ impl ShardRecord {
         })
     }
 
-    /// The tiles that it has, if they are tiles of that region.
+    /// Returns the rectangle of the shard's tiles, if all of them are tiles of the given region.
     pub(crate) fn tiles(&self, whole: &Region) -> Option<Region> {
         let tiles = Region::new(self.at, self.cols, self.rows, whole.tile_cells()).ok()?;
         let last = tiles.tile(Place { row: tiles.rows() - 1, col: tiles.cols() - 1 });
@@ -176,49 +181,49 @@ impl std::fmt::Display for ShardRecord {
     }
 }
 
-/// What 16-bit heights mean: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its bakes,
-/// unless another range was asked for.
+/// Scale of 16-bit heights: `min_m + value / 65535 * (max_m - min_m)`. A property of the world, the same in all its
+/// bakes, unless another range was asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeightRange {
-    /// Metres of the value 0; no height of the world is lower, or those that are have it too.
+    /// Metres of the value 0. No height of the world is lower, or lower heights have the value 0 too.
     pub min_m: f32,
-    /// Metres of the value 65535; no height of the world is higher, or those that are have it too.
+    /// Metres of the value 65535. No height of the world is higher, or higher heights have the value 65535 too.
     pub max_m: f32,
     /// Metres from one value to the next.
     pub step_m: f32,
 }
 
 impl HeightRange {
-    /// The range that was asked for; none if it is the world's own.
+    /// Returns the range that was asked for; `None` if the range is the world's own.
     fn asked_for(&self, world: &World) -> Option<[f32; 2]> {
         (world.height_range_m() != (self.min_m, self.max_m)).then_some([self.min_m, self.max_m])
     }
 
-    /// Lowest and highest height as people write them: without the noise that 32 bits have.
+    /// Returns the lowest and the highest height as people write them: without the rounding noise of 32-bit numbers.
     pub fn written_m(&self) -> [String; 2] {
         let [min_m, max_m] = [self.min_m, self.max_m].map(f64::from);
         [min_m, max_m].map(|height_m| shortest(height_m, noise_m(min_m, max_m)))
     }
 }
 
-/// How rasters lie in the world.
+/// Orientation of rasters in the world.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Axes {
-    /// Where columns go.
+    /// Direction of columns.
     pub columns: String,
-    /// Where rows go.
+    /// Direction of rows.
     pub rows: String,
-    /// Where heights go.
+    /// Direction and unit of heights.
     pub heights: String,
-    /// The convention of normal maps.
+    /// Convention of normal maps.
     pub normals: String,
 }
 
-/// What [`Manifest::format`] and [`Manifest::format_version`] say.
+/// Values of [`Manifest::format`] and [`Manifest::format_version`].
 pub(crate) const FORMAT: &str = "terrane bake";
 const FORMAT_VERSION: u32 = 1;
 
-/// What tells whether the rest can be read, of a file that may be anything.
+/// The fields that tell if the rest can be read. The file may be of any kind, so these fields take any value.
 #[derive(Deserialize)]
 struct Head {
     #[serde(default)]
@@ -228,15 +233,15 @@ struct Head {
 }
 
 impl Manifest {
-    /// The manifest of the bake in a folder.
+    /// Reads the manifest of the bake in a folder.
     ///
     /// # Errors
-    /// When there is none, or it is not one, or one of a newer form than this program knows.
+    /// When the file is missing, is no manifest, or has a newer form than this program knows.
     pub fn read(folder: &Path) -> Result<Manifest, Error> {
         Manifest::read_file(&folder.join(PATH))
     }
 
-    /// The manifest in a file.
+    /// Reads the manifest in a file.
     pub(crate) fn read_file(path: &Path) -> Result<Manifest, Error> {
         let refuse =
             |message: String, hint: &str| Error::Output { path: path.to_owned(), message, hint: hint.to_owned() };
@@ -262,10 +267,10 @@ impl Manifest {
         }
     }
 
-    /// The manifest of a bake that has left `files`.
+    /// Makes the manifest of a bake that has left `files`.
     pub(crate) fn new(plan: &Plan<'_>, mut files: Vec<FileRecord>) -> Manifest {
         let (preset_name, world, region) = (plan.preset_name(), plan.world(), plan.region());
-        // Sinks end in any order.
+        // Sinks finish in any order.
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let (min_m, max_m) = plan.height_range_m();
         let spacing_m = world.spacing_m();
@@ -302,11 +307,11 @@ impl Manifest {
         Manifest { blake3: manifest.hash(), ..manifest }
     }
 
-    /// The world that was baked.
+    /// Returns the world that was baked.
     ///
     /// # Errors
-    /// When another version of the program has baked it, whose tiles may be others, or when what it says of the world makes no
-    /// sense.
+    /// When another version of the program has baked it, whose tiles may differ, or when the manifest describes an
+    /// impossible world.
     pub fn world(&self) -> Result<World, Error> {
         self.check_generator()?;
         let stride = u64::try_from(self.stride).ok().and_then(Stride::new).ok_or_else(|| Error::Option {
@@ -317,10 +322,10 @@ impl Manifest {
         Ok(world.with_tile_cells(self.region.tile_cells))
     }
 
-    /// Whether this program makes the same world of the same preset.
+    /// Checks that this program makes the same world from the same preset.
     ///
     /// # Errors
-    /// When a layer of it has another version.
+    /// When a layer of this program has another version.
     pub fn check_generator(&self) -> Result<(), Error> {
         let here = generator::layers();
         if self.layers == here {
@@ -340,8 +345,8 @@ impl Manifest {
         })
     }
 
-    /// What was asked for otherwise in another manifest than in this one: `key: this one's, that one's`, of those keys at the top
-    /// that `counts` takes.
+    /// Lists the differences in what was asked for, as `key: this manifest's value, not the other's`, for those
+    /// top-level keys that `counts` accepts.
     pub(crate) fn differences(&self, other: &Manifest, counts: impl Fn(&str) -> bool) -> Vec<String> {
         const ASKED: [&str; 10] = [
             "layers",
@@ -357,24 +362,25 @@ impl Manifest {
         ];
         let [own, other] = [self, other].map(|manifest| serde_json::to_value(manifest).expect("a manifest is JSON"));
         let mut found = Vec::new();
-        // A walk early, since the region is only what comes of it.
+        // The walk comes early, since its region only follows from it.
         for key in ["shard", "walk"].into_iter().chain(ASKED).chain(["meshes", "vectors"]).filter(|key| counts(key)) {
             compare(key, &own[key], &other[key], &mut found);
         }
         found
     }
 
-    /// All files of the bake in a folder: those that it lists, and those that lists of its own list, for there are many.
+    /// Returns all files of the bake in a folder: those in the manifest, and those in listings of their own, which are
+    /// too many for the manifest.
     pub(crate) fn all_files(&self, folder: &Path) -> Vec<FileRecord> {
         let listed = self.files.iter().filter(|record| web::is_listing(&record.path));
         let listed = listed.flat_map(|listing| web::listed(folder, listing));
         self.files.iter().cloned().chain(listed).collect()
     }
 
-    /// The tiles that were baked.
+    /// Returns the tiles that were baked.
     ///
     /// # Errors
-    /// When there cannot be such a region or such a walk, or when another version of the program has baked it.
+    /// When the region or the walk is impossible, or when another version of the program has baked the walk.
     pub(crate) fn tiles(&self) -> Result<BTreeSet<TileId>, Error> {
         if let Some(tour) = &self.walk {
             return Ok(Walk::new(tour.clone(), &self.world()?)?.tiles().clone());
@@ -391,7 +397,7 @@ impl Manifest {
         Ok(places.map(|place| region.tile(place)).collect())
     }
 
-    /// Refuses a walk, of which all else is as in a bake.
+    /// Refuses the manifest of a walk, which looks like that of a bake in all else.
     ///
     /// # Errors
     /// When it is one.
@@ -406,7 +412,7 @@ impl Manifest {
         }
     }
 
-    /// Refuses a shard, which has not all tiles of its region, and no file of that.
+    /// Refuses the manifest of a shard, which lacks tiles of its region, and all files of the whole region.
     ///
     /// # Errors
     /// When it is one.
@@ -421,7 +427,7 @@ impl Manifest {
         }
     }
 
-    /// The exports that it names.
+    /// Returns the exports that the manifest names.
     ///
     /// # Errors
     /// When one of them is not known.
@@ -436,65 +442,65 @@ impl Manifest {
         self.exports.iter().map(export).collect()
     }
 
-    /// Whether it has the files of an export.
+    /// True if the bake has the files of an export.
     pub(crate) fn has(&self, export: Export) -> bool {
         self.exports.iter().any(|name| name == export.name())
     }
 
-    /// Whether any of its exports reads an option of the command that only some exports read.
+    /// True if an export of the bake reads the option, which only some exports read.
     pub fn reads(&self, option: &str) -> bool {
         Export::known().any(|export| export.0.options().contains(&option) && self.has(export))
     }
 
-    /// The range of its 16-bit heights, if that is another one than its world's.
+    /// Returns the range of 16-bit heights, if it is not the world's own.
     pub fn chosen_range_m(&self, world: &World) -> Option<[f32; 2]> {
         self.height_range.asked_for(world)
     }
 
-    /// The hash of all that it says but that.
+    /// Computes the hash of the manifest with an empty hash field.
     fn hash(&self) -> String {
         let unsealed = Manifest { blake3: String::new(), ..self.clone() };
         blake3::hash(unsealed.to_json().as_bytes()).to_hex().to_string()
     }
 
-    /// Whether it says what it was written with.
+    /// True if the manifest has the hash that it was written with, so nothing in it was changed.
     pub(crate) fn is_sealed(&self) -> bool {
         self.blake3 == self.hash()
     }
 
-    /// The manifest of a text, if a bake could have written it.
+    /// Parses a manifest; refuses any that no bake could have written.
     pub(crate) fn parse(text: &str) -> serde_json::Result<Manifest> {
         serde_json::from_str::<bounds::Texts>(text)?;
         serde_json::from_str::<Manifest>(text)?.checked().map_err(serde_json::Error::custom)
     }
 
-    /// The manifest itself, if a bake could have written it.
+    /// Returns the manifest, if a bake could have written it.
     ///
     /// # Errors
-    /// When something in it is out of its bounds; the error names that.
+    /// When a value is out of its bounds; the error names it.
     pub(super) fn checked(self) -> Result<Manifest, String> {
         bounds::check(&self).map(|()| self)
     }
 
-    /// The JSON schema of the file, with the names that its files' exports can have.
+    /// Returns the JSON schema of the file, with all names that the exports of its files can have.
     pub fn schema() -> Schema {
         let mut schema = schemars::schema_for!(Manifest);
         let profiles = Profile::ALL.into_iter().map(Profile::name);
         let names: BTreeSet<_> =
             Export::known().map(Export::name).chain(profiles).chain(["registry", store::EXPORT]).collect();
         let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
-        // The type is a text; only here is known which there are.
+        // The Rust type is a string; the possible names are known only here.
         export["enum"] = names.into_iter().collect();
         schema
     }
 
-    /// The file's text.
+    /// Returns the file's text.
     pub(crate) fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a manifest has only names and finite numbers") + "\n"
     }
 }
 
-/// Adds what differs between two values under a key.
+/// Adds the differences between two values under a key.
 fn compare(key: &str, own: &Value, other: &Value, found: &mut Vec<String>) {
     match (own, other) {
         (Value::Object(one), Value::Object(two)) => {
@@ -505,7 +511,7 @@ fn compare(key: &str, own: &Value, other: &Value, found: &mut Vec<String>) {
             }
         }
         _ if own != other => {
-            // A path may be long.
+            // A value, such as a path, may be long.
             let [own, other] = [own, other].map(|value| clipped(&value.to_string()));
             found.push(format!("{key}: {own}, not {other}"));
         }

@@ -1,8 +1,8 @@
-//! The merge: the shards of a bake become the bake, with the bytes that it has where one machine bakes all of it.
+//! Merges the shards of a bake into the whole bake, with the same bytes as if one machine had baked all of it.
 //!
-//! Files of single tiles are taken over as they are. Of the files of the region the sinks are those of any bake: they are handed
-//! what they have kept of each tile in the shards, row by row from north to south, so memory holds two batches of rows and nothing
-//! is made again but what a sink asks of the world at its end.
+//! Files of single tiles are taken over unchanged. Files of the region come from the same sinks as in any bake. The
+//! sinks get the pieces of tiles that the shards have stored, row by row from north to south. So memory holds two
+//! batches of rows, and nothing is computed again but what a sink asks of the world at its end.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ use crate::registry::{self, Registry, TileRow, TileState};
 use crate::watch::Watch;
 use crate::world::World;
 
-/// All shards of a bake, which leave no tile of its region out. Some may have tiles in common.
+/// All shards of a bake. Together they cover its region; some may have tiles in common.
 pub struct Shards {
     whole: Region,
-    /// From north to south and from west to east.
+    /// Sorted from north to south and from west to east.
     parts: Vec<Part>,
 }
 
@@ -36,15 +36,15 @@ struct Part {
     tiles: Region,
 }
 
-/// What to do about a shard that is not as it was baked.
+/// Hint for a shard that is not as it was baked.
 const AGAIN: &str = "the command that baked this shard, with --resume, bakes again what is damaged of it";
 
 impl Shards {
-    /// The shards in some folders.
+    /// Opens the shards in some folders.
     ///
     /// # Errors
-    /// When a folder has no whole shard, or one of another bake than the first, or one that this program cannot put together with
-    /// others; and when a tile of the region is in none of them. Each error names the folder or the tiles.
+    /// When a folder has no whole shard, or a shard of another bake than the first folder's, or a shard that this
+    /// program cannot merge; and when a tile of the region is in no shard. Each error names the folder or the tiles.
     pub fn open(folders: &[PathBuf]) -> Result<Shards, Error> {
         let mut parts = folders.iter().map(|folder| Part::open(folder)).collect::<Result<Vec<Part>, Error>>()?;
         let Some((first, others)) = parts.split_first() else {
@@ -55,7 +55,7 @@ impl Shards {
         };
         let whole = first.manifest.region.region()?;
         for part in others {
-            // All but which of the tiles it has.
+            // Shards may differ in their tiles and in nothing else.
             let differences = part.manifest.differences(&first.manifest, |key| key != "shard");
             if let Some(difference) = differences.first() {
                 return Err(part.refused(
@@ -71,20 +71,20 @@ impl Shards {
         Ok(shards)
     }
 
-    /// A manifest of one of them: but for which tiles it has, all say the same.
+    /// Returns the manifest of one of the shards: all manifests agree but for the shard's tiles and files.
     pub fn manifest(&self) -> &Manifest {
         &self.parts[0].manifest
     }
 
-    /// The plan of their bake in its world, all of whose tiles come from the shards.
+    /// Returns the plan of the whole bake, whose tiles all come from the shards.
     ///
     /// # Errors
-    /// When the manifest names what is not known here.
+    /// When the manifest names an export or a profile that this program does not know.
     pub fn plan<'a>(&'a self, world: &'a World) -> Result<Plan<'a>, Error> {
         Ok(Plan::of_whole(self.manifest(), world)?.with_shards(self))
     }
 
-    /// Refuses a gap, and names it.
+    /// Refuses shards that leave a gap in the region; the error names the gap.
     fn check_covers(&self) -> Result<(), Error> {
         let edges = |region: &Region| [region.at().y, region.at().y + region.rows() as i64];
         let ends = |region: &Region| [region.at().x, region.at().x + region.cols() as i64];
@@ -115,7 +115,7 @@ impl Shards {
         let records = || self.parts.iter().filter_map(|part| part.manifest.shard.as_ref());
         let of: BTreeSet<u64> = records().map(|shard| shard.of).collect();
         let there: BTreeSet<u64> = records().map(|shard| shard.number).collect();
-        // Of shards of several sizes none has a number among the others.
+        // If the shards come from divisions of several sizes, no missing shard can be named by its number.
         let numbers = of.first().filter(|_| of.len() == 1).map(|of| {
             let mut numbers = (1..=*of).filter(|number| !there.contains(number));
             let listed: Vec<String> = numbers.by_ref().take(8).map(|number| format!("{number}/{of}")).collect();
@@ -132,11 +132,11 @@ impl Shards {
         }
     }
 
-    /// Looks whether all files of the shards have the bytes that they were written with, and whether tiles that several shards have
-    /// are the same in all, on the threads of the current rayon pool.
+    /// Checks that all files of the shards have the bytes that they were written with, and that shards agree on the
+    /// tiles that they have in common, on the threads of the current rayon pool.
     ///
     /// # Errors
-    /// When they have not, or are not; the error names the shard, and the file or the tile.
+    /// When a file was changed, or a tile differs; the error names the shard, and the file or the tile.
     pub fn check(&self, watch: &Watch) -> Result<(), Error> {
         let files: Vec<(&Part, &FileRecord)> =
             self.parts.iter().flat_map(|part| part.manifest.files.iter().map(move |file| (part, file))).collect();
@@ -146,7 +146,7 @@ impl Shards {
             watch.add(1);
             fault.map(|fault| part.refused(&file.path, format!("{fault}: {} is damaged", part.name()), AGAIN))
         };
-        // The first in the order of the list, whichever thread comes to one.
+        // Of several faults report the first in the order of the list, whichever thread finds one first.
         if let Some(error) = files.par_iter().find_map_first(fault) {
             return Err(error);
         }
@@ -158,7 +158,7 @@ impl Shards {
         Ok(())
     }
 
-    /// Takes over the files of single tiles into the folder of the bake, and hands all else to its sinks.
+    /// Takes over the files of single tiles into the folder of the bake, and hands all other pieces to the sinks.
     pub(super) fn hand_on(
         &self,
         out: &Path,
@@ -190,7 +190,7 @@ impl Shards {
         Ok(files.into_values().cloned().collect())
     }
 
-    /// What the shards have of a row of tiles, from west to east. The journal gets to know the tiles.
+    /// Reads the pieces of one row of tiles from the shards, from west to east, and enters the tiles in the journal.
     fn read_row<'a>(
         &'a self,
         row: u64,
@@ -254,7 +254,8 @@ impl Part {
             let hint = "name the folders of shards, which terrane bake makes with --shard";
             return refuse(folder.into(), "holds a whole bake, and no shard".into(), hint);
         };
-        // What sinks keep of tiles is for the same program, whatever the version of its layers.
+        // The pieces that sinks store have a form that may differ between versions of the program, even if the layers
+        // are the same.
         if manifest.generator != generator::NAME {
             let message = format!("is a shard of {}, and this is {}", manifest.generator, generator::NAME);
             return refuse(folder.into(), message, "merge with the program that has baked it, or bake it again");
@@ -267,7 +268,7 @@ impl Part {
         Ok(Part { folder: folder.into(), tiles, manifest })
     }
 
-    /// What it is called in an error.
+    /// Returns the name of the shard in an error message.
     fn name(&self) -> String {
         self.manifest.shard.as_ref().map_or(String::new(), |shard| format!("shard {shard}"))
     }
@@ -281,13 +282,14 @@ impl Part {
         Registry::read(&self.folder.join(registry::FILE_NAME))
     }
 
-    /// The files of single tiles.
+    /// Returns the files of single tiles.
     fn tile_files(&self) -> impl Iterator<Item = &FileRecord> {
         let own = [registry::EXPORT, store::EXPORT];
         self.manifest.files.iter().filter(move |file| !own.contains(&&file.export[..]))
     }
 
-    /// Refuses to have other tiles than another shard that has the same ones: as files, and as the registries have their digests.
+    /// Refuses a shard whose tiles differ from the same tiles of another shard, in their files or in their digests in
+    /// the registry.
     fn check_agrees(&self, other: &Part) -> Result<(), Error> {
         let places = |Part { tiles, .. }: &Part| {
             Area::new(tiles.at().x, tiles.at().y, tiles.cols() as usize, tiles.rows() as usize)

@@ -1,21 +1,24 @@
-//! Exports: what a bake leaves, in which formats, and the folder that it leaves it in.
+//! Exports: the files that a bake leaves, their formats, and the folder that holds them.
 //!
 //! ```text
-//!   format.rs     what every format says of itself; formats(), below, lists them all
-//!   raster/       tiles -> PNG, OpenEXR, bare, GeoTIFF: the rows of a table of products
-//!   vector/       features -> GeoPackage, GeoJSON      project.rs   all for GIS -> a project of QGIS
-//!   mesh/         tiles -> glTF, OBJ                options.rs   what the user may choose of them
-//!   instances.rs  tiles -> what stands on them, as text    splines/   rivers, roads -> knots of curves
+//!   format.rs     the trait of all formats; formats(), below, lists them
+//!   raster/       tiles -> PNG, OpenEXR, bare samples, GeoTIFF: the rows of a table of products
+//!   vector/       features -> GeoPackage, GeoJSON      project.rs   all files for GIS -> a QGIS project
+//!   mesh/         tiles -> glTF, OBJ                options.rs   the user's options for meshes and vectors
+//!   instances.rs  tiles -> the objects on them, as text    splines/   rivers, roads -> knots of curves
 //!   hashes.rs     tiles -> a list of hashes
 //!   web.rs        the region as a web map, drawn as maps are
-//!   profile/      what an engine takes: formats of its own, sizes, IMPORT.md
-//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs with path_data.rs and sfnt.rs; atlas.rs, many of them
-//!   plan.rs       what is asked for;  run.rs -> files;  merge.rs   the shards of a bake -> the bake
-//!   cost.rs       a plan -> what it takes, by some of its tiles;  memory.rs, limit.rs   what is told, and what there is
-//!   folder.rs     where they go, lock.rs one bake at a time; look.rs, check.rs, repair.rs
-//!   georeference.rs   where files lie, in the words of GIS          measure.rs   the heights of a region
+//!   profile/      files for one engine: formats of its own, sizes, IMPORT.md
+//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs with path_data.rs and sfnt.rs
+//!   atlas.rs      many maps
+//!   plan.rs       the checked request of a bake;  run.rs   plan -> files;  merge.rs   the shards of a bake -> the bake
+//!   cost.rs       a plan -> its memory, disk and time
+//!   memory.rs     memory that is announced          limit.rs   memory that is left
+//!   folder/       where the files go;  lock.rs   one bake at a time;  look.rs, check.rs, repair.rs   a folder's state
+//!   georeference.rs   where files lie, in the terms of GIS          measure.rs   the heights of a region
 //!   digits.rs     numbers for people
-//!   manifest.rs, registry_file.rs, runs.rs           what every bake leaves besides
+//!   manifest.rs, registry_file.rs, runs.rs           the files that describe every bake
+//!   bounds.rs     the limits of a manifest's values
 //! ```
 
 mod digits;
@@ -85,7 +88,7 @@ use crate::stop;
 use crate::world::World;
 use format::Format;
 
-/// All formats that have a name of their own, in the order of the help. A new one is a line here.
+/// All formats with a name that the user can give, in the order of the help. A new format is a line here.
 fn formats() -> impl Iterator<Item = &'static dyn Format> {
     let others: [&dyn Format; 12] = [
         &instances::Instances,
@@ -108,43 +111,43 @@ fn dynamic<F: Format>(table: &'static [F]) -> impl Iterator<Item = &'static dyn 
     table.iter().map(|format| format as &dyn Format)
 }
 
-/// Something that a bake can leave, by the name that the command knows it by.
+/// A kind of files that a bake can leave, identified by its name on the command line.
 #[derive(Clone, Copy)]
 pub struct Export(&'static dyn Format);
 
 impl Export {
-    /// What a bake leaves when nothing is asked for.
+    /// Exports of a bake for which the user names none.
     pub const DEFAULT: &str = "height,blend,normal,map";
 
-    /// What a walk leaves when nothing is asked for.
+    /// Exports of a walk for which the user names none.
     pub const DEFAULT_OF_WALKS: &str = "height-tiles,blend-tiles,normal-tiles,map";
 
-    /// All exports that show walks.
+    /// Returns all exports that can show walks.
     pub fn of_walks() -> impl Iterator<Item = Export> {
         formats().filter(|format| format.shows_walks()).map(Export)
     }
 
-    /// All exports that have a name of their own; a profile brings others.
+    /// Returns all exports that the user can name; a profile adds others.
     pub fn all() -> impl Iterator<Item = Export> {
         formats().map(Export)
     }
 
-    /// The name, as the command knows it.
+    /// Returns the name, as given on the command line.
     pub fn name(self) -> &'static str {
         self.0.name()
     }
 
-    /// Whether a world has what it shows.
+    /// True if the world has everything that the export shows.
     pub fn is_shown_by(self, world: &World) -> bool {
         self.0.lacks(world).is_none()
     }
 
-    /// What the export holds, in a few words.
+    /// Returns a description of the export in a few words.
     pub fn about(self) -> &'static str {
         self.0.about()
     }
 
-    /// The exports of a list with commas between; a name given twice counts once.
+    /// Parses a list of exports, separated by commas; a name given twice counts once.
     ///
     /// # Errors
     /// When a name is not known, or the list is empty; the hint lists the names.
@@ -152,7 +155,7 @@ impl Export {
         let mut exports = Vec::new();
         for name in list.split(',').map(str::trim) {
             let export = name.parse()?;
-            // Twice the same export would write the same files twice at once.
+            // A second copy of an export would write the same files at the same time.
             if !exports.contains(&export) {
                 exports.push(export);
             }
@@ -160,14 +163,13 @@ impl Export {
         Ok(exports)
     }
 
-    /// All exports that a bake can have, those of profiles too.
+    /// Returns all exports that a bake can have, those of profiles included.
     fn known() -> impl Iterator<Item = Export> {
         formats().chain(dynamic(&profile::FORMATS)).map(Export)
     }
 }
 
-/// A format is a trait object, which cannot be compared itself.
-/// By name: no two have the same.
+/// Compares names, which are unique: a format is a trait object and cannot be compared itself.
 impl PartialEq for Export {
     fn eq(&self, other: &Export) -> bool {
         self.name() == other.name()
@@ -193,8 +195,8 @@ impl FromStr for Export {
     }
 }
 
-/// What the threads of a bake share of a sink. None of them panics while it holds it: an error is returned. One may be stopped,
-/// and then so is whoever comes after it.
+/// Locks state of a sink that the threads of a bake share. No thread panics while it holds the lock: it returns errors.
+/// But if a thread is stopped while it holds the lock, the lock is poisoned, and the next thread stops too.
 fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     let held = shared.lock();
     if held.is_err() {
@@ -203,7 +205,7 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     held.expect("no thread panics while it writes")
 }
 
-/// The message and the hint for a name of a kind of thing that nothing has.
+/// Returns the message and the hint for an unknown name; `kind` is the kind of thing that was named.
 fn unknown(kind: &str, name: &str, known: &[&str]) -> (String, String) {
     let meant = nearest(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean {meant}? "));
     (format!("there is no {kind} named {name:?}"), format!("{meant}{kind}s: {}", known.join(", ")))
@@ -223,7 +225,8 @@ mod tests {
     use crate::watch::Watch;
     use format::{Request, folder};
 
-    /// What adding a format must not forget: it bakes here, and what it says of its files is held against them.
+    /// Bakes every export: its files and folders must be those that its format declares. A new format is covered once
+    /// it is listed.
     #[test]
     fn every_format_leaves_the_files_that_it_says() {
         let text = "tile_cells = 32\nnoise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 300.0, octaves = 4 }]\n\

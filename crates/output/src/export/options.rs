@@ -1,4 +1,4 @@
-//! What the user may choose about meshes.
+//! Options for meshes, names of tile files, and vectors.
 
 use std::str::FromStr;
 
@@ -11,41 +11,41 @@ use crate::export::digits::{no_less, no_more};
 use crate::mesh::{Frame, default_origin};
 use crate::world::World;
 
-/// How meshes are made.
+/// Options of meshes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeshOptions {
     /// Levels of detail, none twice, the finest first.
     pub lods: Lods,
-    /// Metres that no vertex of the raster may lie above or below the mesh of LOD 1; twice as much for each LOD after it.
-    /// Default: a quarter of the spacing.
+    /// Largest vertical distance in metres between a vertex of the raster and the mesh of LOD 1; twice as much for each
+    /// LOD after it. Default: a quarter of the spacing.
     pub error_m: Option<f64>,
-    /// Whether numbers are written in 8 and 16 bits (KHR_mesh_quantization); glTF only.
+    /// True if numbers are written in 8 and 16 bits (KHR_mesh_quantization); glTF only.
     pub quantized: bool,
-    /// Whether the numbers are compressed (EXT_meshopt_compression); glTF only.
+    /// True if the numbers are compressed (EXT_meshopt_compression); glTF only.
     pub compressed: bool,
-    /// Whether coarser levels have all vertices of the finest one on the edges of tiles, so that tiles of different levels meet
-    /// without a crack.
+    /// True if coarser levels keep all vertices of the finest level on the edges of tiles, so that tiles of different
+    /// levels meet without a crack.
     #[serde(default)]
     pub even_borders: bool,
-    /// The vertex of the world, east and south, that is the origin of all meshes. Default: chosen by the region, nearly always the
-    /// origin of the world.
+    /// The vertex of the world, east and south, that is the origin of all meshes. Default: chosen by the region, nearly
+    /// always the origin of the world.
     #[serde(default)]
     pub origin: Option<[i64; 2]>,
 }
 
-/// How files of tiles are named.
+/// Naming of the files of tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum TileNames {
-    /// After the place of the tile in the region, counted from its north-western corner: `x0_y0` is the first one.
+    /// By the tile's place in the region, counted from the north-western corner: `x0_y0` is the first one.
     #[default]
     Region,
-    /// After the number of the tile in the world: the same in every region.
+    /// By the tile's number in the world: the same in every region.
     World,
 }
 
 impl TileNames {
-    /// The numbers of a tile of a region that names have, east and south.
+    /// Returns the numbers of a tile in file names, east and south.
     pub(crate) fn numbers(self, region: &Region, place: Place) -> [i64; 2] {
         match self {
             TileNames::Region => [place.col as i64, place.row as i64],
@@ -69,25 +69,25 @@ impl FromStr for TileNames {
     }
 }
 
-/// How vectors are written.
+/// Options of vectors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct VectorOptions {
-    /// Whether features are cut off at the edge of the region. Without it they are whole, and reach beyond it.
+    /// True if features are cut off at the edge of the region. Otherwise they are whole, and reach beyond it.
     pub clipped: bool,
-    /// Whether GeoJSON has longitudes and latitudes in the place of metres: those whose web Mercator coordinates (EPSG:3857) are the
-    /// metres, so the world's origin lies at 0, 0.
+    /// True if GeoJSON has longitudes and latitudes instead of metres. The metres are taken as web Mercator coordinates
+    /// (EPSG:3857), so the world's origin lies at 0, 0.
     pub degrees: bool,
     /// Metres between two contours. Default: chosen by the spacing and the heights of the world.
     pub contours_m: Option<f64>,
 }
 
 impl VectorOptions {
-    /// Whether vectors of a region can be written so.
+    /// Checks that vectors of a region can be written with these options.
     ///
     /// # Errors
-    /// When contours would lie at no distance or be too many, or when the region is beyond the longitudes and latitudes that
-    /// there are; the hint says what would do.
+    /// When the contour interval is not positive or gives too many contours, or when the region reaches beyond the
+    /// possible longitudes and latitudes; the hint says what would do.
     pub(crate) fn check(&self, world: &World, region: &Region) -> Result<(), Error> {
         let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
         let (min_m, max_m) = world.height_range_m();
@@ -115,33 +115,33 @@ impl VectorOptions {
     }
 }
 
-/// Contours from the lowest to the highest land at most.
+/// Largest number of contours from the lowest to the highest land.
 const MOST_CONTOURS: f64 = 10_000.0;
 
-/// Metres from the origin at which web Mercator ends, a little less than half the Earth's equator.
+/// Distance in metres from the origin at which web Mercator ends, rounded down: half the Earth's equator.
 const MOST_DEGREES_M: f64 = 20_037_000.0;
 
-/// Levels of detail: 0 is every vertex, and each one after it has a bound twice as wide.
+/// Levels of detail: 0 keeps every vertex, and the error bound doubles from each level to the next.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Lods(Vec<u32>);
 
 impl Default for Lods {
-    /// Every vertex.
+    /// LOD 0 alone, which keeps every vertex.
     fn default() -> Lods {
         Lods::only(0)
     }
 }
 
-/// The highest level of detail that is ever asked for: by then a bound has grown by more than any height range.
+/// Highest level of detail that can be asked for: the error bound has then grown beyond any height range.
 pub(super) const MAX_LOD: u32 = 31;
 
 impl Lods {
-    /// One level.
+    /// Returns a list of one level.
     pub(crate) fn only(lod: u32) -> Lods {
         Lods(vec![lod])
     }
 
-    /// The levels, ascending.
+    /// Returns the levels, ascending.
     pub fn all(&self) -> &[u32] {
         &self.0
     }
@@ -150,7 +150,7 @@ impl Lods {
 impl FromStr for Lods {
     type Err = String;
 
-    /// `2`, or `0..3` for all from 0 to 3, or several with commas between.
+    /// Parses `2`, or `0..3` for all levels from 0 to 3, or several of these with commas between.
     fn from_str(text: &str) -> Result<Lods, String> {
         let number = |text: &str| match text.trim().parse::<u32>() {
             Ok(lod @ 0..=MAX_LOD) => Ok(lod),
@@ -160,7 +160,7 @@ impl FromStr for Lods {
         for part in text.split(',') {
             match part.split_once("..") {
                 Some((from, to)) => {
-                    // Whoever knows Rust may write `0..=3`: both ends count in either.
+                    // Those who know Rust may write `0..=3`: both forms include the end.
                     let (from, to) = (number(from)?, number(to.trim_start_matches('='))?);
                     if from > to {
                         return Err(format!("{part:?} counts down; the finest level comes first: {to}..{from}"));
@@ -177,22 +177,22 @@ impl FromStr for Lods {
 }
 
 impl MeshOptions {
-    /// The bound in metres of a level of detail; `None` for LOD 0, which keeps every vertex.
+    /// Returns the error bound in metres of a level of detail; `None` for LOD 0, which keeps every vertex.
     pub fn bound_m(&self, world: &World, lod: u32) -> Option<f64> {
         let first_m = self.error_m.unwrap_or(world.spacing_m() / 4.0);
         (lod > 0).then(|| first_m * f64::from(lod - 1).exp2())
     }
 
-    /// The frame of the meshes of a region, whose positions are counted in 16 bits if they are `quantized`.
+    /// Returns the frame of a region's meshes. Positions in the frame are 16-bit integers if `quantized`.
     pub(crate) fn frame(&self, world: &World, region: &Region, quantized: bool) -> Frame {
         Frame::new(world, self.origin.unwrap_or_else(|| default_origin(region)), quantized)
     }
 
-    /// Whether meshes of a region can be made so.
+    /// Checks that meshes of a region can be made with these options.
     ///
     /// # Errors
-    /// When the error bound is not a positive number, or lets a mesh leave all of the world's heights out, or is finer
-    /// than quantised positions; the hint says what would do.
+    /// When the error bound is not a positive number, or exceeds the range of the world's heights, or is finer than
+    /// quantised positions; the hint says what would do.
     pub(crate) fn check(&self, world: &World, region: &Region) -> Result<(), Error> {
         let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
         let (min_m, max_m) = world.height_range_m();
@@ -209,14 +209,14 @@ impl MeshOptions {
                 ),
             );
         }
-        // What rounding to 16 bits takes of the bound is not left for the triangles.
+        // Rounding to 16 bits uses up a part of the bound, and triangles have only the rest.
         let finest_m = self.frame(world, region, self.quantized).height_error_m();
         let finest = no_less(finest_m);
         for &lod in self.lods.all() {
             let Some(bound_m) = self.bound_m(world, lod) else { continue };
             if bound_m > range_m {
                 let highest =
-                    // The next coarser one that still has a meaning.
+                    // The coarsest level whose bound is within the height range.
                     (1..lod).rev().find(|lod| self.bound_m(world, *lod).is_some_and(|bound| bound <= range_m));
                 return refuse(
                     format!(

@@ -1,4 +1,5 @@
-//! The plan of a bake: what it will leave and need, checked before anything is written.
+//! The plan of a bake: the files that it will leave and the resources that it needs, checked before anything is
+//! written.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ use crate::mesh::default_origin;
 use crate::walker::Walk;
 use crate::world::World;
 
-/// A bake that has been thought through: the formats can hold the region.
+/// A bake that has been checked: the formats can hold the region.
 #[derive(Clone)]
 pub struct Plan<'a> {
     world: &'a World,
@@ -36,10 +37,10 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// The plan of baking `region` of `world` into `exports`, and into those that they refer to.
+    /// Plans to bake `region` of `world` into `exports`, and into the exports that these refer to.
     ///
     /// # Errors
-    /// When a format cannot hold the region, or the world has not what an export shows; the hint says what will do.
+    /// When a format cannot hold the region, or the world lacks what an export shows; the hint says what will do.
     pub fn new(
         world: &'a World,
         preset_name: &'a str,
@@ -49,7 +50,8 @@ impl<'a> Plan<'a> {
         Plan::begun(world, preset_name, region, exports, None)
     }
 
-    /// The plan of baking the tiles of a walk through `world`, as the walker comes to them, into `exports`.
+    /// Plans to bake the tiles of a walk through `world` into `exports`, in the order in which the walker comes to
+    /// them.
     ///
     /// # Errors
     /// As [`new`](Plan::new), and when an export cannot show a walk; the hint names those that can.
@@ -92,27 +94,27 @@ impl<'a> Plan<'a> {
         .checked()
     }
 
-    /// The plan with the files of a profile too.
+    /// Adds the files of a profile to the plan.
     ///
     /// # Errors
-    /// As [`new`](Plan::new), and when the engine of the profile cannot take the region; the hint names the nearest that it
-    /// takes.
+    /// As [`new`](Plan::new), and when the engine of the profile cannot take the region; the hint names the nearest
+    /// region that it takes.
     pub fn with_profile(mut self, profile: Profile) -> Result<Plan<'a>, Error> {
         profile.check(self.world, &self.region, &self.meshes)?;
         let missing = profile.exports().into_iter().filter(|export| !self.exports.contains(export));
         self.exports.extend(missing.collect::<Vec<_>>());
-        // Again, for the profile's exports may need others.
+        // Check again: the profile's exports may need others.
         Plan { profile: Some(profile), ..self }.checked()
     }
 
     fn checked(mut self) -> Result<Plan<'a>, Error> {
-        // It goes into files that other programs read.
+        // The name goes into files that other programs read.
         bounds::check_text(self.preset_name).map_err(|message| Error::Option {
             message: format!("the preset's name is {message}"),
             hint: "give it another name".into(),
         })?;
         let needed: Vec<_> = self.exports.iter().filter_map(|export| export.0.needs()).collect();
-        // What is needed needs nothing itself, so one round is enough.
+        // A needed export needs no other export, so one round is enough.
         let missing = |export: &Export| needed.contains(&export.name()) && !self.exports.contains(export);
         self.exports.extend(Export::all().filter(missing).collect::<Vec<_>>());
         self.exports.iter().try_for_each(|export| self.check_shows_walk(*export))?;
@@ -122,7 +124,7 @@ impl<'a> Plan<'a> {
         Ok(self)
     }
 
-    /// Refuses an export that shows no walks, if this is one.
+    /// Refuses an export that cannot show a walk, if the plan is one of a walk.
     fn check_shows_walk(&self, export: Export) -> Result<(), Error> {
         if self.walk.is_none() || export.0.shows_walks() {
             return Ok(());
@@ -136,7 +138,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// Refuses an export of what the world has not.
+    /// Refuses an export of something that the world lacks.
     fn check_shows(&self, export: Export) -> Result<(), Error> {
         let Some(Lack { shows, has, preset }) = export.0.lacks(self.world) else { return Ok(()) };
         let others: Vec<_> = Export::all().filter(|other| other.is_shown_by(self.world)).map(Export::name).collect();
@@ -152,38 +154,38 @@ impl<'a> Plan<'a> {
         Request { name, world, region: *region, meshes, vectors, names: *names, height_range_m, walk, is_shard }
     }
 
-    /// What a bake of the tiles alone that are made would ask of its formats.
+    /// Returns the request for the tiles alone that this plan makes: those of the shard, if the plan is one of a shard.
     pub(super) fn request_of_made(&self) -> Request<'_> {
         Request { region: self.made(), ..self.request() }
     }
 
-    /// The plan with meshes made in another way.
+    /// Returns the plan with other mesh options.
     ///
     /// # Errors
-    /// When they cannot be made so; the hint says what will do.
+    /// When meshes cannot be made so; the hint says what will do.
     pub fn with_meshes(self, meshes: MeshOptions) -> Result<Plan<'a>, Error> {
         meshes.check(self.world, &self.region)?;
-        // Written down, so that a region that grows keeps it.
+        // The plan records the origin, so that a bake whose region grows keeps it.
         let origin = Some(meshes.origin.unwrap_or_else(|| default_origin(&self.region)));
         let plan = Plan { meshes: MeshOptions { origin, ..meshes }, ..self };
         plan.exports.iter().try_for_each(|export| export.0.check_meshes(&plan.request()))?;
         Ok(plan)
     }
 
-    /// The plan with vectors written in another way.
+    /// Returns the plan with other vector options.
     ///
     /// # Errors
-    /// When they cannot be written so; the hint says what will do.
+    /// When vectors cannot be written so; the hint says what will do.
     pub fn with_vectors(self, vectors: VectorOptions) -> Result<Plan<'a>, Error> {
         vectors.check(self.world, &self.region)?;
         Ok(Plan { vectors, ..self })
     }
 
-    /// The plan with other metres of the least and of the greatest step of 16-bit heights than the world's. What lies beyond
-    /// them is written as they are.
+    /// Returns the plan with another range of 16-bit heights than the world's, in metres of the lowest and of the
+    /// highest step. Heights beyond the range are written as its nearer end.
     ///
     /// # Errors
-    /// When the first is not less than the second, or when hardly any step would lie in the land.
+    /// When the first number is not less than the second, or when hardly any step would lie within the land's heights.
     pub fn with_height_range(self, height_range_m: Option<[f32; 2]>) -> Result<Plan<'a>, Error> {
         match height_range_m {
             Some(range_m) => {
@@ -194,19 +196,20 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The plan with files of tiles named in another way.
+    /// Returns the plan with the files of tiles named in another way.
     #[must_use]
     pub fn with_names(self, names: TileNames) -> Plan<'a> {
         Plan { names, ..self }
     }
 
-    /// The plan with the land of its tiles made by another maker: the bytes are the same.
+    /// Returns the plan with another maker of the land: the bytes of the files are the same.
     #[must_use]
     pub fn with_maker(self, maker: Arc<dyn LandMaker>) -> Plan<'a> {
         Plan { maker, ..self }
     }
 
-    /// The plan of a shard of it alone: its tiles, and what the files of the region need of them.
+    /// Returns the plan for one shard of the bake: the shard's tiles, and the pieces of them that files of the region
+    /// need.
     ///
     /// # Errors
     /// When there are fewer tiles than shards.
@@ -215,12 +218,12 @@ impl<'a> Plan<'a> {
         Ok(Plan { shard, ..self })
     }
 
-    /// The plan with all tiles taken from shards, and none made.
+    /// Returns the plan with all tiles taken from shards, and none made.
     pub(super) fn with_shards(self, shards: &'a Shards) -> Plan<'a> {
         Plan { shards: Some(shards), ..self }
     }
 
-    /// What makes the land of its tiles.
+    /// Returns the device that makes the land of the tiles.
     pub fn maker(&self) -> &dyn LandMaker {
         &*self.maker
     }
@@ -229,10 +232,10 @@ impl<'a> Plan<'a> {
         Arc::clone(&self.maker)
     }
 
-    /// Whether any export reads each of some options of the command that only some exports read.
+    /// Checks that some export, or the profile, reads each of the given options, which only some exports read.
     ///
     /// # Errors
-    /// When none does; the hint names those that would.
+    /// When an option is read by none; the hint names the exports that would read it.
     pub fn check_options(&self, given: &[&str]) -> Result<(), Error> {
         let reads = |export: &Export, option: &str| export.0.options().contains(&option);
         let is_read = |option: &&str| {
@@ -248,17 +251,17 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// What the one who bakes should know before: what may turn out only when it is made.
+    /// Returns warnings for the user before the bake: problems that may show only when files are made.
     pub fn warnings(&self) -> Vec<String> {
-        // A shard has no file of the region.
+        // A shard has no file of the region, so no warning applies.
         let exports = self.exports.iter().filter(|_| self.shard.is_none());
         exports.filter_map(|export| export.0.warning(&self.request())).collect()
     }
 
-    /// The plan that a bake was made by.
+    /// Returns the plan that a bake was made by.
     ///
     /// # Errors
-    /// When the manifest names an export or a profile that is not known, or a region that cannot be.
+    /// When the manifest names an unknown export or profile, or an impossible region.
     pub fn of(manifest: &'a Manifest, world: &'a World) -> Result<Plan<'a>, Error> {
         match &manifest.walk {
             None => {
@@ -272,7 +275,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The plan of the same of another region.
+    /// Returns the plan for another region, with the same preset, exports and options.
     ///
     /// # Errors
     /// As [`of`](Plan::of), and as [`new`](Plan::new).
@@ -280,7 +283,7 @@ impl<'a> Plan<'a> {
         Plan::new(world, &manifest.preset_name, region, manifest.known_exports()?)?.like(manifest)
     }
 
-    /// The plan with all that a manifest says of how files are written.
+    /// Returns the plan with all options that a manifest records of how files are written.
     fn like(self, manifest: &Manifest) -> Result<Plan<'a>, Error> {
         let height_range_m = manifest.chosen_range_m(self.world);
         let plan = self
@@ -294,7 +297,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The plan of the whole of which a shard is a part; of a bake that is whole its own.
+    /// Returns the plan of the whole bake that a shard is a part of; for a bake that is no shard, its own plan.
     ///
     /// # Errors
     /// As [`of`](Plan::of).
@@ -302,7 +305,7 @@ impl<'a> Plan<'a> {
         Ok(Plan { shard: None, ..Plan::of(manifest, world)? })
     }
 
-    /// What is baked: the world, the name of its preset, the exports, the profile, and how meshes are made.
+    /// Returns the world that is baked.
     pub fn world(&self) -> &World {
         self.world
     }
@@ -323,7 +326,7 @@ impl<'a> Plan<'a> {
         &self.meshes
     }
 
-    /// The vertex of the world that is the origin of all meshes.
+    /// Returns the vertex of the world that is the origin of all meshes.
     pub(super) fn mesh_origin(&self) -> [i64; 2] {
         self.meshes.origin.expect("a plan has one")
     }
@@ -336,83 +339,85 @@ impl<'a> Plan<'a> {
         &self.vectors
     }
 
-    /// Metres of the least and of the greatest step of 16-bit heights.
+    /// Returns the metres of the lowest and of the highest step of 16-bit heights.
     pub fn height_range_m(&self) -> (f32, f32) {
         self.height_range_m.map_or(self.world.height_range_m(), |[min_m, max_m]| (min_m, max_m))
     }
 
-    /// The region; of a walk the one around all of its tiles.
+    /// Returns the region; of a walk, the bounding rectangle of its tiles.
     pub fn region(&self) -> &Region {
         &self.region
     }
 
-    /// The walk whose tiles are baked, if they are not all of the region.
+    /// Returns the walk whose tiles are baked, if they are not all tiles of the region.
     pub fn walk(&self) -> Option<&Walk> {
         self.walk.as_ref()
     }
 
-    /// The shard that is baked, if it is one.
+    /// Returns the shard that is baked, if the plan is one of a shard.
     pub fn shard(&self) -> Option<&ShardRecord> {
         self.shard.as_ref()
     }
 
-    /// The shards that all tiles are taken from, if none are made.
+    /// Returns the shards that all tiles are taken from, if this plan makes none.
     pub(super) fn shards(&self) -> Option<&Shards> {
         self.shards
     }
 
-    /// Whether all tiles are taken from shards, and none are made.
+    /// True if all tiles are taken from shards, and none are made.
     pub fn is_merge(&self) -> bool {
         self.shards.is_some()
     }
 
-    /// The rectangle of tiles that is baked: the region, or the shard of it.
+    /// Returns the rectangle of tiles that is baked: the region, or the shard's part of it.
     pub fn made(&self) -> Region {
         let shard = self.shard.as_ref().and_then(|shard| shard.tiles(&self.region));
         shard.unwrap_or(self.region)
     }
 
-    /// How many tiles there are.
+    /// Returns the number of tiles that are baked.
     pub fn tiles(&self) -> u64 {
         self.request_of_made().tiles()
     }
 
-    /// How many vertices they have.
+    /// Returns the number of vertices of these tiles.
     pub fn vertices(&self) -> u64 {
         self.request_of_made().vertices()
     }
 
-    /// What the files of all exports take.
+    /// Returns the cost of the files of all exports.
     pub(super) fn format_cost(&self) -> FormatCost {
         let request = self.request_of_made();
         let costs = self.exports.iter().map(|export| export.0.cost(&request));
         costs.fold(FormatCost::default(), FormatCost::and)
     }
 
-    /// What the bake will leave and need on so many threads, as far as it can be told without a look at its tiles.
+    /// Estimates what the bake will leave and need on `threads` threads, as far as possible without baking sample
+    /// tiles.
     pub fn cost(&self, threads: usize) -> Cost {
         Cost::new(self, threads)
     }
 
-    /// The cost, and what tiles of the bake say of it that are baked and thrown away on the threads of the current rayon pool.
+    /// Adds a forecast to the cost: sample tiles are baked and thrown away on the threads of the current rayon pool.
     ///
     /// # Errors
-    /// When they cannot be baked.
+    /// When the sample tiles cannot be baked.
     pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
         let forecast = self.trial()?.forecast(self);
         Ok(cost.with(forecast))
     }
 
-    /// Some tiles of the bake, baked and thrown away on the threads of the current rayon pool: they say the same of all its
-    /// shards.
+    /// Bakes sample tiles and throws them away, on the threads of the current rayon pool. One trial serves all shards
+    /// of the bake.
     ///
     /// # Errors
-    /// When they cannot be baked.
+    /// When the sample tiles cannot be baked.
     pub fn trial(&self) -> Result<Trial, Error> {
         Trial::take(self)
     }
 
-    /// The plan of one of its tiles alone, with whole features or with those cut off at its edge, and of some of its exports.
+    /// Returns the plan for one tile alone and for some exports, with whole features or with features cut off at the
+    /// tile's edge.
     pub(super) fn of_tile(&self, tile: TileId, is_clipped: bool, exports: Vec<Export>) -> Result<Plan<'a>, Error> {
         let region = Region::new(tile, 1, 1, self.region.tile_cells())?;
         let alone = || ShardRecord::of(Shard::new(1, 1).expect("there is a first one"), &region);
@@ -421,22 +426,22 @@ impl<'a> Plan<'a> {
         Ok(Plan { region, exports, vectors, shard, profile: None, walk: None, shards: None, ..self.clone() })
     }
 
-    /// The manifest of the bake before there is any file.
+    /// Returns the manifest of the bake before any file exists.
     pub(super) fn draft(&self) -> Manifest {
         Manifest::new(self, Vec::new())
     }
 
-    /// The folders in that of the bake that hold its files, but for itself.
+    /// Returns the folders of files within the folder of the bake, without that folder itself.
     pub(super) fn folders(&self) -> Vec<&'static str> {
         let folders: BTreeSet<_> = self.exports.iter().flat_map(|export| export.0.folders()).collect();
         folders.into_iter().filter(|folder| !folder.is_empty()).collect()
     }
 }
 
-/// Steps of 16-bit heights that the land of a world has at least: with fewer it is a stair.
+/// Least number of steps of 16-bit heights that the land of a world must span: with fewer, slopes look like stairs.
 const LEAST_STEPS: f32 = 16.0;
 
-/// Whether 16-bit heights can have a range, in a world whose own is another.
+/// Checks that 16-bit heights can have the chosen range in a world; the second range is the world's own.
 fn check_range([min_m, max_m]: [f32; 2], (lowest_m, highest_m): (f32, f32)) -> Result<(), Error> {
     let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
     if !(min_m < max_m && (max_m - min_m).is_finite()) {
@@ -459,13 +464,13 @@ fn check_range([min_m, max_m]: [f32; 2], (lowest_m, highest_m): (f32, f32)) -> R
     Ok(())
 }
 
-/// A number of bytes for people.
+/// A number of bytes, displayed for people.
 pub struct Bytes(pub u64);
 
 impl std::fmt::Display for Bytes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         const UNITS: [&str; 7] = ["B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
-        // A unit is 2^10 of the one before it.
+        // Each unit is 2^10 of the unit before it.
         let unit = (self.0.max(1).ilog2() / 10) as usize;
         let value = self.0 as f64 / (1u64 << (10 * unit)) as f64;
         write!(f, "{value:.*} {}", usize::from(unit > 0), UNITS[unit])

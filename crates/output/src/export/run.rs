@@ -1,4 +1,5 @@
-//! A plan carried out: sinks begun, every tile made, files ended, manifest and registry, and all of it moved to its place.
+//! Carries out a plan: begins sinks, makes every tile, ends files, writes manifest and registry, and moves all to its
+//! place.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,11 +22,12 @@ use crate::watch::Watch;
 impl Plan<'_> {
     /// Bakes into a prepared folder, on the threads of the current rayon pool.
     ///
-    /// All files are made in a folder of their own, and get their places when the last one is whole; the manifest comes last.
+    /// All files are made in a separate folder, and move to their places when the last one is whole; the manifest comes
+    /// last.
     ///
     /// # Errors
-    /// When a file cannot be written, when what is there is not what this program makes, or when all work was [told to
-    /// stop](stop::request). What was in the folder is as it was then, and what was made can be gone on with.
+    /// When a file cannot be written, when existing files are not what this program makes, or when all work was [told
+    /// to stop](stop::request). The earlier contents of the folder are then unchanged, and the bake can be resumed.
     pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
         if output.mode() == Mode::Repair
             && let Some(old) = output.old()
@@ -40,7 +42,7 @@ impl Plan<'_> {
             let journal = journal.insert(output.begin(self)?);
             let result = stop::catch(|| self.bake_into(output, journal, watch));
             let [made, known] = journal.counts();
-            // Of one that ran out of room the end may be missing in the log.
+            // If the disk is full, the log's last entry may be missing.
             let logged = log.end(&result.as_ref().map_or_else(ToString::to_string, |_| "whole".into()), made, known);
             let manifest = result?;
             logged?;
@@ -48,11 +50,11 @@ impl Plan<'_> {
             Ok(manifest)
         });
         if matches!(result, Err(Error::Export { .. })) {
-            // A format cannot hold what was made of it, however often that is tried.
+            // A format cannot hold its contents. A further try would fail as well.
             drop(journal);
             output.discard();
         } else if result.is_err() {
-            // What is known of tiles, whatever was in the way.
+            // Keep the record of finished tiles, whatever the error is.
             _ = journal.as_ref().map(Journal::save);
             output.abandon(journal.as_ref());
         }
@@ -61,7 +63,7 @@ impl Plan<'_> {
 
     fn bake_into(&self, output: &Output, journal: &Journal, watch: &Watch) -> Result<Manifest, Error> {
         let out = &output.files();
-        // What is there and stays.
+        // Files of the old bake that stay.
         let changed = output.changed(watch)?;
         let mut kept = kept_files(output);
         let request = self.request();
@@ -75,14 +77,14 @@ impl Plan<'_> {
             sinks = vec![Box::new(Store::create(*self.region(), sinks, out)?)];
         }
         self.adopt(output, journal, sinks.len(), changed)?;
-        // Every tile, to every sink.
+        // Hand every tile to every sink.
         match (self.walk(), self.shards()) {
             (None, None) => bake((self.world(), self.maker()), &self.made(), &sinks, journal, watch)?,
             (Some(way), _) => walk((self.world(), self.shared_maker()), way, &sinks, journal, watch)?,
             (None, Some(shards)) => kept.extend(shards.hand_on(out, &sinks, journal, watch)?),
         }
         check_tiles(output, journal)?;
-        // The ends of all files, brought to the disk together.
+        // End all files, and bring them to the disk together.
         watch.begin("finishing files", None);
         let finish = |sink: &(dyn Sink + '_)| {
             if let Some(files) = journal.ended(sink.name())? {
@@ -94,7 +96,7 @@ impl Plan<'_> {
         };
         let records = sinks.par_iter().map(|sink| finish(sink.as_ref())).collect::<Result<Vec<_>, Error>>()?;
         let mut records = [records.concat(), journal.tile_files()?, kept].concat();
-        // What the one who imports them has to know.
+        // Files that help users to import the bake.
         let mut written = Vec::new();
         if self.shard().is_none() {
             written.extend(project::write(self, out)?);
@@ -114,9 +116,9 @@ impl Plan<'_> {
         Ok(Manifest::new(self, records))
     }
 
-    /// Takes over the tiles of a bake that is extended, with their files under the names that they have in the larger region: where
-    /// these are all that is asked for, no tile is made twice.
-    /// What was changed since is made again.
+    /// Takes over the tiles of a bake that is extended, with their files renamed to the tiles' places in the larger
+    /// region. If the exports have only files of single tiles, no tile is made twice. Files that were changed since are
+    /// made again.
     fn adopt(&self, output: &Output, journal: &Journal, sinks: usize, changed: &BTreeSet<String>) -> Result<(), Error> {
         let Some(old) = output.old().filter(|_| output.mode() == Mode::Extend && journal.is_empty()) else {
             return Ok(());
@@ -147,15 +149,15 @@ impl Plan<'_> {
     }
 }
 
-/// The files of a bake to which something is added that stay as they are. A larger region has other files of the region, and numbers
-/// its tiles anew: all of them are made.
+/// Returns the files that stay as they are when exports are added to a bake. A larger region keeps none: it has other
+/// files of the region, and numbers its tiles anew.
 fn kept_files(output: &Output) -> Vec<FileRecord> {
     let old = output.added_to().filter(|_| output.mode() == Mode::Add);
     let files = old.iter().flat_map(|old| &old.files);
     files.filter(|record| record.export != registry::EXPORT).cloned().collect()
 }
 
-/// Whether the tiles of a bake to which something is added are still what they were.
+/// Checks that the tiles of a bake to which something is added are still the same.
 fn check_tiles(output: &Output, journal: &Journal) -> Result<(), Error> {
     if output.added_to().is_none() {
         return Ok(());

@@ -1,4 +1,5 @@
-//! `.aux.xml`: what GDAL, and so nearly every GIS, reads beside a raster that cannot say it itself.
+//! `.aux.xml`: a sidecar file that GDAL, and so nearly every GIS, reads beside a raster. It holds the coordinate
+//! reference system and the other metadata for which the raster's own format has no room.
 //!
 //! Based on: GDAL's Persistent Auxiliary Metadata, gdal.org, "PAM".
 
@@ -10,7 +11,8 @@ use crate::export::raster::quantity::Quantity;
 use crate::export::raster::statistics::Statistics;
 use crate::export::svg::escaped;
 
-/// The text of the file beside a raster of a quantity, whose steps, if it has any, are steps over a range of heights.
+/// Returns the `.aux.xml` text for a raster of a quantity. `range_m` is the range of heights of 16-bit steps;
+/// quantities without steps ignore it.
 pub(super) fn auxiliary(
     plane: &Plane,
     place: Georeference,
@@ -42,14 +44,15 @@ pub(super) fn auxiliary(
     text + END
 }
 
-/// The text of the file beside a picture of a map.
+/// Returns the `.aux.xml` text for a picture of a map.
 pub(in crate::export) fn auxiliary_of_map(plane: &Plane, place: Georeference) -> String {
     whereabouts(plane, place, "Area") + END
 }
 
 const END: &str = "</PAMDataset>\n";
 
-/// The beginning of such a file: on which plane a raster lies and where, and whether a pixel of it is an area or a point.
+/// Returns the beginning of an `.aux.xml` text: the raster's plane (its coordinate reference system), its position, and
+/// whether a pixel stands for an area or a point.
 fn whereabouts(plane: &Plane, place: Georeference, pixel: &str) -> String {
     let mut text = String::from("<PAMDataset>\n");
     let mut line = |line: std::fmt::Arguments| writeln!(text, "  {line}").expect("a String takes everything");

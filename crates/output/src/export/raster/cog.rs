@@ -1,9 +1,11 @@
-//! GeoTIFF in the order of the cloud: blocks, with smaller copies of the whole, so that a reader takes what it shows and no more.
+//! Cloud Optimized GeoTIFF: a raster in blocks, with overviews (smaller copies), so that a reader loads only the blocks
+//! that it shows.
 //!
-//! Based on: OGC 21-026, Cloud Optimized GeoTIFF; OGC 19-008, GeoTIFF 1.1; GDAL's "Cloud Optimized GeoTIFF layout", whose
-//! readers fetch a block in one go where its size stands before it. All directories come first, then the blocks of the
-//! smallest copy and so on to those of the raster itself. Rows come from north to south, and how long blocks are shows only when they
-//! are compressed: they wait in a file of their own, and are put in order at the end.
+//! Based on: OGC 21-026, Cloud Optimized GeoTIFF; OGC 19-008, GeoTIFF 1.1; GDAL's "Cloud Optimized GeoTIFF layout",
+//! whose readers fetch a block in one request if its size stands before it. All directories come first, then the blocks
+//! of the smallest overview, and so on up to the blocks of the raster itself. But rows arrive from north to south, and
+//! the length of a block is known only after its compression. Therefore the blocks wait in a temporary file, and are
+//! copied into their final order at the end.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -24,31 +26,34 @@ use crate::file::{Finished, PartFile};
 use crate::generator;
 use crate::stop;
 
-/// Pixels a side of a block.
+/// Side of a block in pixels.
 pub(super) const BLOCK: usize = 512;
 
-/// How hard blocks are compressed, of 9: of heights, weights, normals and a map 6 takes twice to thrice as long and saves 2 to 8
-/// hundredths.
+/// Compression level of blocks, of at most 9. Level 6 takes two to three times as long for heights, weights, normals
+/// and a map, and makes the files only 2 to 8 % smaller.
 const LEVEL: Compression = Compression::new(3);
 
-/// Blocks that are compressed at once, and wait to be written.
+/// Number of blocks that are compressed in parallel before they are written. It bounds the memory for compressed
+/// blocks.
 const AT_ONCE: usize = 32;
 
-/// How blocks lie, in the words of GDAL, between the head and the first directory. Behind them stands one zero, up to the next even
-/// place: GDAL's validator looks for the first directory there.
+/// GDAL's description of the block layout, which stands between the file header and the first directory. The zero byte
+/// at its end fills it up to an even offset, where GDAL's validator expects the first directory.
 const STRUCTURE: &str = "GDAL_STRUCTURAL_METADATA_SIZE=000140 bytes\nLAYOUT=IFDS_BEFORE_DATA\nBLOCK_ORDER=ROW_MAJOR\n\
                          BLOCK_LEADER=SIZE_AS_UINT4\nBLOCK_TRAILER=LAST_4_BYTES_REPEATED\nKNOWN_INCOMPATIBLE_EDITION=NO\n \0";
 
-/// Bytes at the end of a classic TIFF's reach.
+/// Largest size in bytes of a classic TIFF, whose offsets have 32 bits. Longer files are BigTIFFs.
 const CLASSIC: u64 = u32::MAX as u64;
 
-/// What writes such a raster.
+/// Writer of one Cloud Optimized GeoTIFF.
 pub(super) struct CogWriter {
     sample: Sample,
     reduction: Reduction,
     levels: Vec<Level>,
-    /// Where blocks wait. Never finished, so it is gone when the raster is.
+    /// Temporary file of the compressed blocks. [`PartFile::finish`] is never called on it, so it is deleted with the
+    /// writer.
     blocks: PartFile,
+    /// Number of bytes in the temporary file.
     written: u64,
 }
 
@@ -74,8 +79,9 @@ impl RegionWriter for CogWriter {
 }
 
 impl CogWriter {
-    /// The bytes that are held of a raster of that width while it is written, beside those of its tiles: the rows of a block of the
-    /// raster, of half its size and so on, and blocks that are compressed.
+    /// Returns the bytes of memory for writing a raster of a width in pixels, in addition to the samples of its tiles.
+    /// A level holds the rows of one row of blocks. Each level is half as wide as the one before, so all together take
+    /// about twice as much as the first. The blocks under compression are held both raw and compressed.
     pub fn held_bytes(width: u64, sample: Sample) -> u64 {
         let block = (BLOCK * BLOCK * sample.bytes()) as u64;
         let columns = width.div_ceil(BLOCK as u64);
@@ -83,20 +89,20 @@ impl CogWriter {
     }
 }
 
-/// The raster, or a smaller copy of it, of half the size of the one before it.
+/// The raster itself, or one of its overviews. Each overview has half the width and height of the level before it.
 struct Level {
     width: usize,
     height: usize,
-    /// Rows that wait for those of a whole block.
+    /// Rows that wait until there are enough for a whole row of blocks.
     rows: Vec<u8>,
-    /// Rows that were put into blocks.
+    /// Number of rows that are in blocks already.
     done: usize,
-    /// Where its blocks wait and how long they are, row by row.
+    /// Offset in the temporary file and length of each compressed block, in bytes. The blocks are in row-major order.
     blocks: Vec<(u64, u32)>,
 }
 
 impl Level {
-    /// The levels of a raster: each has half as many pixels a side, until all fit in a block.
+    /// Returns the levels of a raster. Width and height are halved until the last level fits in one block.
     fn all(width: usize, height: usize) -> Vec<Level> {
         let level = |width, height| Level { width, height, rows: Vec::new(), done: 0, blocks: Vec::new() };
         let mut levels = vec![level(width, height)];
@@ -110,7 +116,7 @@ impl Level {
 }
 
 impl CogWriter {
-    /// Appends a row to a level.
+    /// Appends a row of pixels to a level, and writes a row of blocks when it is complete.
     fn push(&mut self, number: usize, row: &[u8]) -> Result<(), Error> {
         let level = &mut self.levels[number];
         level.rows.extend_from_slice(row);
@@ -118,14 +124,14 @@ impl CogWriter {
         if rows < BLOCK && level.done + rows < level.height {
             return Ok(());
         }
-        // Given back below, so that it is not allocated anew for each row of blocks.
+        // The buffer is given back below, so that it is not allocated again for each row of blocks.
         let mut strip = std::mem::take(&mut level.rows);
         level.done += rows;
         self.write_blocks(number, &strip)?;
         if number + 1 < self.levels.len() {
             let row_bytes = row.len();
             for pair in strip.chunks(2 * row_bytes) {
-                // A row that is left over is its own other half.
+                // The last row of an odd number of rows is paired with itself.
                 let (upper, lower) = (&pair[..row_bytes], &pair[pair.len() - row_bytes..]);
                 let reduced = self.reduction.reduce(self.sample, upper, lower);
                 self.push(number + 1, &reduced)?;
@@ -136,7 +142,8 @@ impl CogWriter {
         Ok(())
     }
 
-    /// Compresses a row of blocks, whose rows are given.
+    /// Compresses a row of blocks and writes it to the temporary file. `strip` holds the rows of pixels of these
+    /// blocks.
     fn write_blocks(&mut self, number: usize, strip: &[u8]) -> Result<(), Error> {
         let (sample, width) = (self.sample, self.levels[number].width);
         let columns: Vec<usize> = (0..width).step_by(BLOCK).collect();
@@ -153,12 +160,13 @@ impl CogWriter {
         Ok(())
     }
 
-    /// Puts all in order.
+    /// Writes the final file: header, directories, then all blocks in their final order.
     fn finish(mut self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Finished, Error> {
         let path = drawing.out.join(&file.path);
         let failed = || Error::io(&path);
         self.blocks.flush().map_err(failed())?;
-        // Lengths of all directories; offsets count as much whatever they are.
+        // Returns the offset of each directory, and of the first byte after them. The length of a directory does not
+        // depend on the block offsets in it, so 0 stands in for the first one here.
         let lay_out = |big: bool| {
             let mut at = (head(big, 0).len() + STRUCTURE.len()) as u64;
             let starts: Vec<u64> = (0..self.levels.len())
@@ -174,7 +182,7 @@ impl CogWriter {
         let all: u64 = self.levels.iter().map(bytes).sum();
         let big = lay_out(false).1 + all > CLASSIC;
         let (starts, mut at) = lay_out(big);
-        // Where the blocks of each level begin, the smallest copy first.
+        // Offset of each level's first block. The blocks of the smallest overview come first.
         let mut firsts = vec![0; self.levels.len()];
         for (level, first) in self.levels.iter().zip(&mut firsts).rev() {
             *first = at;
@@ -198,14 +206,15 @@ impl CogWriter {
                 blocks.read_exact(&mut block).map_err(failed())?;
                 write(&bytes.to_le_bytes())?;
                 write(&block)?;
-                // Once more, so that a reader sees whether it has read a block of a file that was changed.
+                // GDAL's layout repeats the last four bytes of a block. By them a reader detects that a program
+                // which does not know the layout has changed the file.
                 write(&block[block.len() - 4..])?;
             }
         }
         out.finish()
     }
 
-    /// The directory of a level whose first block begins at a place.
+    /// Returns the directory of a level. `first` is the offset in the file of the level's first block.
     fn directory(&self, number: usize, drawing: &Drawing, statistics: &Statistics, first: u64) -> Directory {
         let level = &self.levels[number];
         let quantity = drawing.image.quantity;
@@ -219,7 +228,7 @@ impl CogWriter {
         let one = |value: u16| Values::Shorts(vec![value]);
         let mut at = first;
         let places = level.blocks.iter().map(|(_, bytes)| {
-            // Behind its size.
+            // The block's data begins after the four bytes of its size.
             let place = at + 4;
             at += u64::from(*bytes) + 8;
             place
@@ -229,7 +238,7 @@ impl CogWriter {
         let is_rgb = self.sample == Sample::Rgb8;
         let mut tags = Vec::new();
         if number > 0 {
-            // A copy of another one.
+            // A reduced-resolution copy of another image.
             tags.push((254, Values::Longs(vec![1])));
         }
         tags.extend([
@@ -238,7 +247,7 @@ impl CogWriter {
             (258, each(bits)),
             // Deflate.
             (259, one(8)),
-            // Red, green and blue, or numbers of which more is more.
+            // Red, green and blue; or grey, in which 0 is black.
             (262, one(if is_rgb { 2 } else { 1 })),
             (277, one(channels as u16)),
             (284, one(1)),
@@ -249,7 +258,7 @@ impl CogWriter {
             (325, sizes),
         ]);
         if channels > 1 && !is_rgb {
-            // None of the others is how opaque a pixel is.
+            // The channels after the first are plain data, not opacity.
             tags.push((338, Values::Shorts(vec![0; channels - 1])));
         }
         tags.push((339, each(format)));
@@ -276,12 +285,12 @@ impl CogWriter {
         Directory(tags)
     }
 
-    /// What GDAL reads of what TIFF has no tags for.
+    /// Returns GDAL's XML metadata: everything for which TIFF has no tag.
     fn metadata(&self, drawing: &Drawing, statistics: &Statistics, facts: &[(&str, String)]) -> String {
         use std::fmt::Write;
         let quantity = drawing.image.quantity;
         let mut text = String::from("<GDALMetadata>");
-        // Those that have a tag of their own stand there.
+        // Title and software have TIFF tags of their own.
         for (key, value) in facts.iter().filter(|(key, _)| !["Title", "Software"].contains(key)) {
             _ = write!(text, "<Item name=\"{key}\">{}</Item>", escaped(value));
         }
@@ -304,32 +313,34 @@ impl CogWriter {
     }
 }
 
-/// The keys of GeoTIFF for a plane with a name: metres, and pixels that are points, since heights are those of vertices.
+/// Returns the GeoTIFF keys of a named plane: its unit is the metre, and pixels are points, since they hold the values
+/// of vertices.
 fn geo_keys(plane: &str) -> Vec<u16> {
     let keys: [[u16; 4]; 4] = [
-        // A model of the user's own, in pixels that are points.
+        // The coordinate reference system is user-defined, and pixels are points.
         [1024, 0, 1, 32767],
         [1025, 0, 1, 2],
-        // Its name, among the texts, with the stroke behind it.
+        // The plane's name is a text in tag 34737. The length includes the `|` at its end.
         [1026, 34737, plane.len() as u16 + 1, 0],
-        // EPSG's number of the metre.
+        // EPSG code 9001 is the metre.
         [3076, 0, 1, 9001],
     ];
-    // The version of the keys and their revision, 1.1, and how many there are.
+    // Version 1 of the key directory, revision 1.1 of the keys, and the number of keys.
     [[1, 1, 1, keys.len() as u16]].into_iter().chain(keys).flatten().collect()
 }
 
-/// A text as TIFF has it: letters that are not of ASCII as XML would write them.
+/// Returns a text in ASCII, as TIFF demands. Each other letter becomes an XML character reference (`&#228;`).
 fn ascii(text: &str) -> String {
     let letter = |letter: char| match letter {
-        // GDAL reads its metadata as XML, where these mean the letter; a title shows the number.
+        // GDAL parses its metadata as XML and gets the letter back. A title shows the reference as it is.
         letter if !letter.is_ascii() => format!("&#{};", u32::from(letter)),
         letter => letter.to_string(),
     };
     text.chars().map(letter).collect()
 }
 
-/// The block of a strip that begins at a column, as wide and as high as all: what is beyond the raster is zero.
+/// Cuts the block that begins at a column out of a strip. All blocks have the same size: pixels beyond the raster's
+/// edges are zero.
 fn block(strip: &[u8], width: usize, column: usize, sample: Sample) -> Vec<u8> {
     let bytes = sample.bytes();
     let (row_bytes, block_bytes) = (width * bytes, BLOCK * bytes);
@@ -341,12 +352,12 @@ fn block(strip: &[u8], width: usize, column: usize, sample: Sample) -> Vec<u8> {
     block
 }
 
-/// TIFF's number of how samples are told from those before them.
+/// Returns TIFF's number of the predictor: 2 for differences of integers, 3 for differences of the bytes of floats.
 fn predictor(sample: Sample) -> u16 {
     if sample == Sample::Float32 { 3 } else { 2 }
 }
 
-/// A block, each row as differences, and compressed.
+/// Returns a compressed block. The predictor replaces each row by differences, which compress better.
 fn compressed(block: &[u8], sample: Sample) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::with_capacity(block.len() / 2), LEVEL);
     let mut line = vec![0; BLOCK * sample.bytes()];
@@ -357,9 +368,9 @@ fn compressed(block: &[u8], sample: Sample) -> Vec<u8> {
     encoder.finish().expect("memory takes everything")
 }
 
-/// A row as its predictor has it.
+/// Applies the predictor to a row of samples, and writes the result to `line`.
 fn differences(row: &[u8], sample: Sample, line: &mut [u8]) {
-    // Of one number a pixel, or of the same one of the channels.
+    // Distance in bytes to the byte that is subtracted: the one before, or the same channel of the pixel before.
     let step = match sample {
         Sample::Rgb8 => 3,
         Sample::Rgba8 => 4,
@@ -367,7 +378,8 @@ fn differences(row: &[u8], sample: Sample, line: &mut [u8]) {
     };
     match sample {
         Sample::Float32 => {
-            // The highest bytes of all numbers, which differ least, then the next ones; and all that as differences.
+            // First the highest bytes of all numbers, which differ least, then the next lower ones, and so on. The
+            // differences are taken below, over all of these bytes.
             let count = row.len() / 4;
             for (at, word) in row.as_chunks::<4>().0.iter().enumerate() {
                 for (plane, byte) in word.iter().rev().enumerate() {
@@ -376,7 +388,8 @@ fn differences(row: &[u8], sample: Sample, line: &mut [u8]) {
             }
         }
         Sample::Grey16 => {
-            // As numbers, of which the lower byte comes first here.
+            // The samples come as big-endian numbers. The differences are those of the numbers, not of single bytes,
+            // and are little-endian like the rest of the file.
             let mut before = 0;
             for (pair, into) in row.as_chunks::<2>().0.iter().zip(line.as_chunks_mut().0) {
                 let value = u16::from_be_bytes(*pair);
@@ -398,7 +411,8 @@ mod tests {
 
     #[test]
     fn the_first_directory_lies_right_behind_the_structure() {
-        // As GDAL's validator counts: the line with the size, so many bytes, and the next even place.
+        // GDAL's validator finds the first directory so: after the line with the size it skips as many bytes as the
+        // line says, and goes on to the next even offset.
         let line = STRUCTURE.find('\n').unwrap() + 1;
         let told: usize = STRUCTURE["GDAL_STRUCTURAL_METADATA_SIZE=".len()..][..6].parse().unwrap();
         for (big, first) in [(false, 192), (true, 200)] {

@@ -1,8 +1,9 @@
 //! OpenEXR: scan lines of 32-bit floats, not compressed, since float terrain hardly shrinks.
 //!
-//! So each line's place is known before it is written, and a file needs nothing but its header, a table of these places and the
-//! lines. Based on: The OpenEXR File Layout, openexr.com, version 2 of the format. Our own writer, since the crate for it keeps
-//! attributes in an order that is another one each time, and the same bake has the same bytes.
+//! Without compression the offset of each line is known before the line is written. A file is a header, a table of the
+//! offsets, and the lines. Based on: The OpenEXR File Layout, openexr.com, version 2 of the format. terrane has its own
+//! writer, because the Rust crate for OpenEXR writes attributes in a different order each time, but the same bake must
+//! give the same bytes.
 
 use std::io::Write;
 
@@ -10,21 +11,22 @@ use crate::error::Error;
 use crate::export::raster::facts::{Fact, Facts};
 use crate::file::{Finished, PartFile};
 
-/// The longest name of an attribute that every reader takes.
+/// Greatest length in bytes of an attribute's name that every reader accepts.
 const MAX_NAME: usize = 31;
 
-/// A file under way.
+/// An OpenEXR file that is being written.
 pub(crate) struct ExrWriter {
     file: PartFile,
     width: usize,
-    /// How often each sample is written, one channel after the other.
+    /// Number of channels. All hold the same samples, so each row is written this many times.
     channels: usize,
-    /// Lines that are written.
+    /// Number of lines that are written already.
     lines: u32,
 }
 
 impl ExrWriter {
-    /// Begins a file. `layer` names it, and each of `channels`, in alphabetical order, holds the same samples.
+    /// Begins a file, and writes its header and the table of offsets. `layer` is the name in the file. `channels` are
+    /// in alphabetical order, and all hold the same samples.
     pub fn start(
         file: PartFile,
         layer: &str,
@@ -35,7 +37,7 @@ impl ExrWriter {
         let mut writer = ExrWriter { file, width: width as usize, channels: channels.len(), lines: 0 };
         let mut head = header(layer, channels, (width, height), facts);
         let first = head.len() as u64 + 8 * u64::from(height);
-        // The number of a line and of its bytes stand before it.
+        // Before each line stand its number and its length in bytes.
         let line_bytes = 8 + 4 * u64::from(width) * channels.len() as u64;
         for line in 0..u64::from(height) {
             head.extend((first + line * line_bytes).to_le_bytes());
@@ -48,7 +50,7 @@ impl ExrWriter {
         self.file.write_all(bytes).map_err(Error::io(self.file.path()))
     }
 
-    /// Appends whole rows of little-endian floats.
+    /// Appends complete rows of little-endian floats.
     pub fn write_rows(&mut self, rows: &[u8]) -> Result<(), Error> {
         let bytes = 4 * self.width;
         for row in rows.chunks_exact(bytes) {
@@ -61,14 +63,14 @@ impl ExrWriter {
         Ok(())
     }
 
-    /// Ends the file, which must have all its rows.
+    /// Ends the file. All its rows must have been written.
     pub fn finish(self) -> Result<Finished, Error> {
         self.file.finish()
     }
 }
 
 fn header(layer: &str, channels: &[&str], (width, height): (u32, u32), facts: &Facts) -> Vec<u8> {
-    // The magic number, and version 2 with no flag: scan lines, short names, one part.
+    // The magic number, and version 2 without flags: scan lines, names of at most 31 bytes, and one part.
     let mut head = vec![0x76, 0x2F, 0x31, 0x01, 2, 0, 0, 0];
     let mut attribute = |name: &str, kind: &str, value: &[u8]| {
         debug_assert!(name.len() <= MAX_NAME, "{name}");
@@ -83,7 +85,8 @@ fn header(layer: &str, channels: &[&str], (width, height): (u32, u32), facts: &F
     for channel in channels {
         list.extend(channel.as_bytes());
         list.push(0);
-        // 2 is a float; not linear for the eye, reserved; every sample each way.
+        // 2 is the type of 32-bit floats. Then pLinear (0) with its reserved bytes, and the sampling in x and y: every
+        // pixel.
         list.extend([2_u32, 0, 1, 1].map(u32::to_le_bytes).as_flattened());
     }
     list.push(0);
@@ -99,7 +102,7 @@ fn header(layer: &str, channels: &[&str], (width, height): (u32, u32), facts: &F
     attribute("screenWindowWidth", "float", &one);
     attribute("name", "string", layer.as_bytes());
     for (key, fact) in &facts.0 {
-        // What the standard and its tools call it.
+        // The names of these attributes in the OpenEXR standard and its tools.
         let key = match *key {
             "Description" => "comments",
             "Software" => "software",

@@ -1,4 +1,5 @@
-//! What a raster says of itself, so that a lone file explains itself: texts of a PNG, attributes of an OpenEXR.
+//! Metadata inside a raster file (texts of a PNG, attributes of an OpenEXR, tags of a GeoTIFF), so that a single file
+//! explains itself.
 
 use crate::area::{Region, TileId};
 use crate::export::digits::of_32_bits;
@@ -6,11 +7,11 @@ use crate::export::georeference::Georeference;
 use crate::export::raster::quantity::Quantity;
 use crate::generator;
 
-/// What a raster says of itself, in an order that is always the same.
+/// Metadata of one raster: keys and values, always in the same order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Facts(pub Vec<(&'static str, Fact)>);
 
-/// One of them.
+/// Value of one entry of the metadata.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Fact {
     Text(String),
@@ -28,19 +29,19 @@ impl std::fmt::Display for Fact {
     }
 }
 
-/// The world that rasters show.
+/// The world and the region that rasters show.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shown {
     pub preset_name: String,
     pub seed: u64,
     pub region: Region,
-    /// Whether a walker has come to its tiles, whose rivers and roads are those of its way.
+    /// True if the tiles are those of a walk, with the rivers and roads of the walker's way.
     pub is_walk: bool,
 }
 
 impl Facts {
-    /// What a raster of a quantity says: of one tile, or of the whole region. `range_m` is what its steps are steps of, if it
-    /// has any.
+    /// Creates the metadata of a quantity's raster of one tile or, with `None`, of the whole region. `range_m` is the
+    /// range of heights that 16-bit steps divide; it is `None` for quantities without steps.
     pub fn new(
         shown: &Shown,
         quantity: &Quantity,
@@ -64,11 +65,11 @@ impl Facts {
             ("Description", text(format!("{channels}; rows from north to south, a pixel a vertex"))),
             ("Software", text(generator::NAME.to_owned())),
             ("preset", text(preset_name.clone())),
-            // As a text, since few programs hold all of 64 bits in a number.
+            // The seed is a text, since few programs keep all 64 bits of a number.
             ("seed", text(seed.to_string())),
             ("part", text(part)),
             ("spacing_m", Fact::Number(place.spacing_m)),
-            // East and north of the world's origin.
+            // Metres east and north of the world's origin.
             ("first_pixel_m", Fact::Pair(place.first_m)),
         ];
         if let Some((min_m, max_m)) = range_m {
@@ -79,7 +80,7 @@ impl Facts {
         Facts(facts)
     }
 
-    /// What it says, as texts.
+    /// Returns the keys and values as texts.
     pub fn texts(&self) -> impl Iterator<Item = (&'static str, String)> {
         self.0.iter().map(|(key, fact)| (*key, fact.to_string()))
     }

@@ -1,4 +1,4 @@
-//! Raster images: what each shows, how, and under which name.
+//! Raster images: the quantity that each one shows, its encoding, its layout and its file name.
 
 use crate::area::{Place, Region};
 use crate::export::options::TileNames;
@@ -8,51 +8,51 @@ use crate::export::raster::writer::Encoding;
 /// One raster image of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Image {
-    /// Folder and name, without place and ending.
+    /// Folder and file name, without the tile's numbers and the extension.
     pub stem: &'static str,
     pub quantity: &'static Quantity,
     pub encoding: Encoding,
-    /// One a tile, or one of the region.
+    /// True if there is one file per tile; else there is one file of the whole region.
     pub tiles: bool,
-    /// Whether it is one that no engine has asked for: files beside that of a region say to GIS where it lies, and those of tiles
-    /// may be named after their place in the world.
+    /// True if the image is not made for a game engine. Then sidecar files tell GIS where a region's image lies, and
+    /// tiles may be named after their numbers in the world.
     pub placed: bool,
     pub layout: Layout,
 }
 
-/// In which way an image lies in its file.
+/// Naming of an image's files, their edges, and the order of their rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     pub naming: Naming,
     pub edge: Edge,
-    /// Of images of tiles; those of a region are written from the north.
+    /// Order of rows in images of tiles. Images of a region always begin in the north.
     pub rows: RowOrder,
 }
 
-/// A small file beside a raster that says what the raster does not say itself.
+/// A small sidecar file beside a raster, with the metadata that the raster itself cannot hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Beside {
-    /// What bare samples are.
+    /// JSON that describes a file of bare samples: size, sample type, order of bytes and rows, and range of heights.
     Json,
-    /// Where a picture lies, for nearly all GIS.
+    /// World file: the position of a picture, for nearly every GIS.
     WorldFile,
-    /// That, on which plane, and what its values mean, for what reads with GDAL.
+    /// `.aux.xml`: position, plane, and the meaning of the values, for programs that read rasters with GDAL.
     Auxiliary,
 }
 
 impl Beside {
-    /// Its path, beside a raster.
+    /// Returns the path of this file beside a raster.
     pub fn path(self, raster: &str) -> String {
         match self {
             Beside::Json => format!("{raster}.json"),
-            // First and last letter of the ending, and a w.
+            // The extension of a world file is the first and last letter of the picture's extension, and a w.
             Beside::WorldFile => raster.strip_suffix("png").expect("pictures are PNGs").to_owned() + "pgw",
             Beside::Auxiliary => format!("{raster}.aux.xml"),
         }
     }
 }
 
-/// How the file of a tile is named after its place in the region.
+/// Pattern by which a tile's file is named after its column and row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Naming {
     /// `_x3_y0`: columns from the west, rows from the north.
@@ -61,16 +61,17 @@ pub(crate) enum Naming {
     Bare,
 }
 
-/// Whether the eastern and southern edge are in the image.
+/// Treatment of the vertices on the eastern and southern edges of a tile or region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Edge {
-    /// Neighbours have the vertices between them in common: one vertex more than cells.
+    /// Edges are included, so neighbouring tiles share the vertices between them: one vertex more than cells on each
+    /// side.
     Shared,
-    /// Every vertex is in one tile only: as many vertices as cells.
+    /// Eastern and southern edges are left out, so each vertex is in one tile only: as many vertices as cells.
     Owned,
 }
 
-/// Which row is the first.
+/// Order of the rows in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RowOrder {
     FromNorth,
@@ -78,7 +79,7 @@ pub(crate) enum RowOrder {
 }
 
 impl Naming {
-    /// What stands before each number.
+    /// Returns the texts before the column's and the row's number in a file name.
     fn marks(self) -> [&'static str; 2] {
         match self {
             Naming::Marked => ["_x", "_y"],
@@ -88,42 +89,42 @@ impl Naming {
 }
 
 impl Image {
-    /// An image of a region, as it lies when no engine has asked for anything else.
+    /// Creates an image of a region in the usual layout: shared edges, and rows and names from the north-west.
     pub const fn new(stem: &'static str, quantity: &'static Quantity, encoding: Encoding) -> Image {
         let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: RowOrder::FromNorth };
         Image { stem, quantity, encoding, tiles: false, placed: false, layout }
     }
 
-    /// Without the vertices that tiles share.
+    /// Returns this image without the vertices of the eastern and southern edges.
     pub const fn owned_only(self) -> Image {
         Image { layout: Layout { edge: Edge::Owned, ..self.layout }, ..self }
     }
 
-    /// With names that count tiles from the south-west.
+    /// Returns this image with file names that count tiles from the south-west.
     pub const fn named_from_south(self) -> Image {
         Image { layout: Layout { naming: Naming::Bare, ..self.layout }, ..self }
     }
 
-    /// With the southernmost row first.
+    /// Returns this image with the southernmost row first.
     pub const fn upside_down(self) -> Image {
         Image { layout: Layout { rows: RowOrder::FromSouth, ..self.layout }, ..self }
     }
 
-    /// The file in the folder of the bake, for the region or for a tile of it.
+    /// Returns the path in the bake's folder of the tile's file at a place or, with `None`, of the region's file.
     pub fn file(&self, region: &Region, place: Option<Place>, names: TileNames) -> String {
         let (stem, extension) = (self.stem, self.encoding.extension());
         let Some(place) = place else { return format!("{stem}.{extension}") };
         let [col, row] = if self.placed { names } else { TileNames::Region }.numbers(region, place);
         let row = match self.layout.naming {
             Naming::Marked => row,
-            // Unity counts tiles along z, which points north.
+            // Unity counts tiles along its z axis, which points north.
             Naming::Bare => region.rows() as i64 - 1 - row,
         };
         let [east, other] = self.layout.naming.marks();
         format!("{stem}{east}{col}{other}{row}.{extension}")
     }
 
-    /// What stands beside it.
+    /// Returns the sidecar files of this image.
     pub const fn beside(&self) -> &'static [Beside] {
         match (self.encoding, self.placed && !self.tiles) {
             (Encoding::R16, _) => &[Beside::Json],
@@ -133,7 +134,7 @@ impl Image {
         }
     }
 
-    /// Width and height of an image of the whole region.
+    /// Returns the width and height in pixels of an image of the whole region.
     pub fn size(&self, region: &Region) -> (u64, u64) {
         let less = match self.layout.edge {
             Edge::Shared => 0,
@@ -142,13 +143,13 @@ impl Image {
         (region.width() - less, region.height() - less)
     }
 
-    /// The columns and rows of vertices that this image takes of the tile at a place.
+    /// Returns the number of columns and rows of vertices that this image takes from the tile at a place.
     pub fn owned(&self, region: &Region, place: Place) -> (usize, usize) {
         let cells = region.tile_cells() as usize;
         match (self.layout.edge, self.tiles) {
             (Edge::Owned, _) => (cells, cells),
             (Edge::Shared, true) => (cells + 1, cells + 1),
-            // In one raster each vertex has one pixel, so a shared edge is taken once.
+            // A raster of the region has one pixel per vertex, so only one of two tiles gives their shared edge.
             (Edge::Shared, false) => region.owned(place),
         }
     }

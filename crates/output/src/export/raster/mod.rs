@@ -1,12 +1,13 @@
-//! Rasters: products in containers, each a format.
+//! Rasters: each product in each of its containers (PNG, OpenEXR, GeoTIFF, bare samples) is a format.
 //!
 //! ```text
-//!   product.rs    the table of products -> formats       quantity.rs   contents of pixels, as data;  reduction.rs  overviews
-//!   painter.rs    tile, quantity -> samples              image.rs      which quantity, under which name, how it lies there
-//!   sinks.rs      tiles, image -> files                  writer.rs     samples -> PNG, bare, row by row;  exr.rs  OpenEXR
-//!   cog.rs        tiles, image -> GeoTIFF                tiff.rs       tags -> directories
-//!   facts.rs      texts in a file about itself           auxiliary.rs  texts beside it, for GIS
-//!   statistics.rs   samples -> their range and mean
+//!   product.rs     the table of products -> formats    quantity.rs   contents of pixels, as data
+//!   painter.rs     tile, quantity -> samples           image.rs      quantity, encoding, layout, file name
+//!   sinks.rs       tiles, image -> files               writer.rs     samples -> PNG and bare files, row by row
+//!   cog.rs         samples -> GeoTIFF                  exr.rs        samples -> OpenEXR
+//!   tiff.rs        tags -> directories                 reduction.rs  samples -> overviews
+//!   facts.rs       metadata inside a file              auxiliary.rs  metadata beside it, for GIS
+//!   statistics.rs  samples -> range, mean, deviation
 //! ```
 
 pub(super) mod writer;
@@ -42,30 +43,31 @@ use crate::world::World;
 pub(crate) struct Rasters {
     pub name: &'static str,
     pub about: &'static str,
-    /// One file each for the region, or with `tiles` one each a tile.
+    /// True if each image has one file per tile; else each has one file of the whole region.
     pub tiles: bool,
-    /// True if no engine has asked for them: files beside those of the region say to GIS where they lie, and those of tiles may be named
-    /// after their place in the world.
+    /// True if the format is not made for a game engine. Then sidecar files tell GIS where the region's rasters lie,
+    /// and tiles may be named after their numbers in the world.
     pub placed: bool,
     pub images: &'static [Image],
 }
 
-/// A raster of the region that GIS can place.
+/// A raster of the whole region whose position GIS can read.
 pub(super) struct Layer {
     pub name: &'static str,
-    /// In the folder of the bake.
+    /// Path in the bake's folder.
     pub path: String,
     pub channels: usize,
-    /// Its values that are shown black and white, if they are known.
+    /// Values that are shown as black and as white, if they are known before the raster is.
     pub shown: Option<[f64; 2]>,
 }
 
-/// The rasters of the region that GIS can place among those of some exports: of what several show, the GeoTIFF.
+/// Returns the rasters of the whole region, among those of some exports, whose position GIS can read. If both a PNG and
+/// a GeoTIFF have the same name, the GeoTIFF is taken.
 pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
     let exports: Vec<&str> = exports.collect();
     let placed = |format: &&Rasters| format.placed && !format.tiles && exports.contains(&format.name);
     let images = NAMED.iter().filter(placed).flat_map(Rasters::images);
-    // GDAL reads OpenEXR in few of its builds.
+    // OpenEXR is left out, since only few builds of GDAL can read it.
     let mut images: Vec<Image> =
         images.filter(|image| [Encoding::GeoTiff, Encoding::Png].contains(&image.encoding)).collect();
     images.sort_by_key(|image| (image.stem, image.encoding != Encoding::GeoTiff));
@@ -83,7 +85,7 @@ pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
 }
 
 impl Rasters {
-    /// The images of what is asked for.
+    /// Returns the images for a request. If a region's raster shows a walk, its quantity is the one that allows gaps.
     fn images_of(&self, request: &Request) -> impl Iterator<Item = Image> {
         let of_walk = request.walk.is_some() && !self.tiles;
         let quantity = move |quantity: &'static Quantity| if of_walk { quantity.of_walk() } else { quantity };
@@ -91,7 +93,7 @@ impl Rasters {
     }
 
     fn images(&self) -> impl Iterator<Item = Image> {
-        // The table shares the images of a region with those of its tiles.
+        // The table of products lists an image once for the region and for its tiles, so the flags are set here.
         self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
 
@@ -100,15 +102,15 @@ impl Rasters {
         let bytes = image.quantity.sample.bytes() as u64;
         let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
         let drawn = if matches!(image.quantity.paint, Paint::Map) { vertices * DRAWN_BYTES } else { 0 };
-        // What a vertex drains is kept with the tile while its files are made.
+        // The tile keeps its flow accumulation while its files are made.
         let drained = if image.quantity.is_of_accumulation() { accumulation_bytes(region) } else { 0 };
         let count = if image.tiles { request.tiles() } else { 1 };
         FormatCost {
             files: count.saturating_mul(1 + image.beside().len() as u64),
-            // A raster of the region waits for its whole row of tiles; one of a tile is written by the thread that made
-            // it.
+            // Samples of a region's raster are kept until the whole row of tiles is there. A tile's raster is written
+            // at once, by the thread that made the tile.
             kept_a_vertex: if image.tiles { 0 } else { bytes },
-            // Samples, and samples as they are packed.
+            // The samples, and their encoded copy.
             thread_bytes: drawn + drained + 2 * vertices * bytes * image.encoding.copies(),
             held_bytes: match image.encoding {
                 Encoding::GeoTiff => CogWriter::held_bytes(image.size(region).0, image.quantity.sample),
@@ -119,7 +121,8 @@ impl Rasters {
     }
 }
 
-/// What the map of a tile takes while it is drawn, a vertex: a word, four planes of what covers the ground, a canvas and RGB.
+/// Bytes of memory per vertex for drawing the map of a tile: a 32-bit pixel, four planes of ground cover, a canvas, and
+/// the RGB result.
 const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
 
 impl Format for Rasters {
@@ -140,7 +143,7 @@ impl Format for Rasters {
         let side = region.width().max(region.height());
         let holds = |image: &Image| image.tiles || side <= image.encoding.max_side();
         let Some(image) = self.images().find(|image| !holds(image)) else { return Ok(()) };
-        // Those that show the same and have room for it, such as one a tile.
+        // Formats that show the same quantity and can hold it, such as one file per tile.
         let instead = |other: &&Rasters| other.images().any(|other| other.quantity == image.quantity && holds(&other));
         let others: Vec<_> = NAMED.iter().filter(instead).map(Format::name).collect();
         Err(Error::Export {
@@ -158,9 +161,9 @@ impl Format for Rasters {
 
     fn shows_walks(&self) -> bool {
         let shows = |Image { quantity, encoding, tiles, .. }: Image| {
-            // A fourth channel of GeoTIFFs is a weight and no opacity.
+            // The fourth channel of a GeoTIFF is written as plain data, not as opacity.
             let has_gaps = quantity.of_walk().gap().is_some() && (quantity, encoding) != (&MAP, Encoding::GeoTiff);
-            // Accumulation is of land far around, with the rivers that the world has there.
+            // Accumulation is made from the world's own land and rivers far around a tile, not from those of the walk.
             !quantity.is_of_accumulation() && (tiles || has_gaps)
         };
         self.placed && self.images().all(shows)
@@ -181,7 +184,7 @@ impl Format for Rasters {
     fn rasters_of(&self, region: &Region, place: Place, names: TileNames) -> Vec<String> {
         let files = self.images().flat_map(|image| {
             let file = image.file(region, image.tiles.then_some(place), names);
-            // Of what says where one lies nobody wants to know.
+            // Of the sidecars only the JSON files are listed. The others are for GIS alone.
             let sidecar = image.beside().contains(&Beside::Json).then(|| Beside::Json.path(&file));
             [file].into_iter().chain(sidecar)
         });
@@ -199,7 +202,7 @@ impl Format for Rasters {
             let (cols, rows) = image.owned(&request.region, Place { row: 0, col: 0 });
             vec![0; cols * rows * image.quantity.sample.bytes()]
         };
-        // A file of bare samples has as many bytes whatever it shows.
+        // Only compressed files need blank pieces: the size of the others does not depend on what they show.
         let is_packed = |image: &Image| matches!(image.encoding, Encoding::Png | Encoding::GeoTiff);
         (!self.tiles && self.images.iter().all(is_packed)).then(|| self.images_of(request).map(blank).collect())
     }

@@ -1,4 +1,4 @@
-//! Painters: a tile and a quantity become the samples of a raster.
+//! Painters: they turn a tile and a quantity into the samples of a raster.
 
 use crate::area::Area;
 use crate::export::raster::quantity::{Paint, Quantity, put_greys};
@@ -13,14 +13,14 @@ pub(crate) struct Painter<'a> {
     quantity: &'static Quantity,
     encoding: Encoding,
     range_m: (f32, f32),
-    /// The painter of maps, for quantities that are maps.
+    /// The painter of maps, if the quantity is a map.
     map: Option<MapPainter>,
-    /// The rule of growth, for densities.
+    /// The rule by which plants and rocks are distributed, if the quantity is a density.
     grows: Option<Grows<'a>>,
 }
 
 impl<'a> Painter<'a> {
-    /// Paints a quantity as an encoding has it, 16-bit heights as steps over a range.
+    /// Creates the painter of a quantity for an encoding. 16-bit heights become steps over the range `range_m`.
     pub fn new(world: &'a World, quantity: &'static Quantity, encoding: Encoding, range_m: (f32, f32)) -> Painter<'a> {
         Painter {
             world,
@@ -35,17 +35,17 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Bounds of the heights that 16 bits are steps of.
+    /// Returns the range of heights in metres that the 16-bit steps divide.
     pub fn range_m(&self) -> (f32, f32) {
         self.range_m
     }
 
-    /// The quantity that is painted.
+    /// Returns the quantity that is painted.
     pub fn quantity(&self) -> &'static Quantity {
         self.quantity
     }
 
-    /// The samples of the first `rows` rows and `cols` columns of a tile, without gaps.
+    /// Returns the samples of the first `rows` rows and `cols` columns of a tile, without padding between rows.
     pub fn paint(&self, tile: &Tile, cols: usize, rows: usize) -> Vec<u8> {
         if let Some(map) = &self.map {
             let pixels = map.paint(tile, cols, rows);
@@ -68,7 +68,7 @@ impl<'a> Painter<'a> {
                 let is_png = self.encoding == Encoding::Png;
                 for (pair, &height) in samples.as_chunks_mut().0.iter_mut().zip(heights) {
                     let step = self.step(height);
-                    // PNG has the upper byte first; bare files have the lower one first, as engines ask for.
+                    // PNG is big-endian. Bare files are little-endian, as engines demand.
                     *pair = if is_png { step.to_be_bytes() } else { step.to_le_bytes() };
                 }
             }
@@ -86,32 +86,33 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// `round((height - min) / (max - min) * 65535)`.
+    /// Returns the 16-bit step of a height: `round((height - min) / (max - min) * 65535)`.
     fn step(&self, height_m: f32) -> u16 {
         let (min_m, max_m) = self.range_m;
-        // The cast cuts off and saturates, so heights that rounding takes past the ends stay at them.
+        // The cast truncates and saturates, so a height that rounding moves out of the range gets its nearest end.
         ((height_m - min_m) / (max_m - min_m) * 65535.0 + 0.5) as u16
     }
 }
 
-/// Pixels with a fourth channel, which is full opacity.
+/// Adds a fourth channel, full opacity, to RGB pixels.
 fn opaque(pixels: &[u8]) -> Vec<u8> {
     pixels.as_chunks::<3>().0.iter().flat_map(|[red, green, blue]| [*red, *green, *blue, 255]).collect()
 }
 
-/// A height range rounded out: HTerrain's dialog takes heights from -2000 to 2000 m, and each multiple of the scale that
-/// brings a range into it is a whole number there.
+/// Widens a height range outwards to multiples of HTerrain's scale, in metres. HTerrain's dialog takes only whole
+/// numbers from -2000 to 2000 m, and a multiple of the scale divided by the scale is a whole number.
 pub(crate) fn whole_range_m((min_m, max_m): (f32, f32)) -> (f32, f32) {
     let scale = hterrain_scale((min_m, max_m));
     let (low, mut high) = ((min_m / scale).floor(), (max_m / scale).ceil());
-    // A flat world's range would have no steps at all.
+    // The range of a flat world would be empty, and have no steps.
     if low == high {
         high += 1.0;
     }
     (low * scale, high * scale)
 }
 
-/// The factor by which HTerrain must stretch heights: 1, or as much more as brings them into its dialog.
+/// Returns the factor by which HTerrain must stretch heights: the least whole number that brings the range into the
+/// dialog's limits.
 pub(crate) fn hterrain_scale((min_m, max_m): (f32, f32)) -> f32 {
     (min_m.abs().max(max_m.abs()) / 2000.0).ceil().max(1.0)
 }

@@ -1,5 +1,5 @@
-//! The table of products: all that can be exported as rasters. A row here makes up to three formats: a file of the region, a file a tile
-//! (`-tiles`), and GeoTIFFs (`-geotiff`).
+//! The table of products: everything that can be exported as rasters. One row makes up to three formats: files of the
+//! region, files per tile (`-tiles`), and GeoTIFFs of the region (`-geotiff`).
 
 use std::sync::LazyLock;
 
@@ -13,17 +13,17 @@ use crate::export::raster::quantity::{
 use crate::export::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
 use crate::tile::Growth;
 
-/// A product: something that users ask for by name, and get in one of its containers.
+/// A product: a raster or set of rasters that users ask for by name, and get in one of its containers.
 struct Product {
     name: &'static str,
     about: &'static str,
     images: &'static [Image],
-    /// The files of a tile, in the words of the help.
+    /// Number and kind of the files of a tile, for the help.
     a_tile: &'static str,
     geotiff: Option<GeoTiffs>,
 }
 
-/// A product as GeoTIFFs, which hold values in their units where pictures hold greys.
+/// The GeoTIFFs of a product. Where pictures hold grey levels, GeoTIFFs hold values in their unit.
 struct GeoTiffs {
     name: &'static str,
     about: &'static str,
@@ -205,7 +205,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("wetness/wetness", &WETNESS, GeoTiff)],
         }),
     },
-    // An image a kind, since programs that scatter take one for each thing that they plant.
+    // One image per kind of object, since scatter tools take one mask for each kind that they plant.
     Product {
         name: "scatter",
         about: "how densely trees, shrubs, grass and rocks stand, an 8-bit grey PNG each",
@@ -220,12 +220,13 @@ static PRODUCTS: [Product; 17] = [
     },
 ];
 
-/// The formats of rasters that can be asked for by name: files of the region beside those of tiles, then all GeoTIFFs.
+/// All raster formats that users can ask for by name: for each product the files of the region and those of tiles, then
+/// all GeoTIFFs.
 pub(in crate::export) static NAMED: LazyLock<Vec<Rasters>> = LazyLock::new(|| {
     let rasters = |name, about, tiles, images| Rasters { name, about, tiles, placed: true, images };
     let files = PRODUCTS.iter().flat_map(|product| {
         let Product { name, about, images, a_tile, .. } = *product;
-        // Made once, and there as long as the program runs, as the table is.
+        // The leak is harmless: these texts are made once, and live as long as the program, like the table.
         let [of_tiles, about_tiles] = [format!("{name}-tiles"), format!("the same, {a_tile} a tile")].map(String::leak);
         [rasters(name, about, false, images), rasters(of_tiles, about_tiles, true, images)]
     });

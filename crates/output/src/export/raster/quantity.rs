@@ -1,6 +1,7 @@
-//! Quantities: the contents of a raster's pixels, each with its painter, as data.
+//! Quantities: descriptions of what the pixels of a raster hold, each with its painter, as data.
 //!
-//! A new quantity is one `static` here, and one row of the table of [products](super::product) if users can ask for it by name.
+//! To add a quantity, write one `static` here, and one row in the table of [products](super::product) if users can ask
+//! for it by name.
 
 use crate::area::Area;
 use crate::export::format::Lack;
@@ -11,53 +12,53 @@ use crate::map;
 use crate::tile::{Growth, Material, TileView, WETTEST, has_rivers, has_water};
 use crate::world::World;
 
-/// A quantity that the pixels of a raster show, as one type of sample.
+/// A quantity that the pixels of a raster hold, in one type of sample.
 #[derive(Debug)]
 pub(crate) struct Quantity {
-    /// Its name in the title of a file.
+    /// Name of the quantity in the title of a file.
     pub title: &'static str,
-    /// The contents of each channel, for the manifest and for the file itself.
+    /// Description of each channel, for the manifest and for the file's metadata.
     pub channels: &'static [&'static str],
     pub sample: Sample,
-    /// The unit, as GIS writes it.
+    /// The unit of the values, spelled as in GIS.
     pub unit: Option<&'static str>,
     /// The value of pixels without data.
     pub no_data: Option<f32>,
-    /// The way in which four pixels become one of an overview.
+    /// The rule by which four pixels become one pixel of an overview.
     pub reduction: Reduction,
-    /// The values that viewers show as black and white, where they are known before the raster is.
+    /// The values that viewers show as black and as white, if they are known before the raster is.
     pub shown: Option<[f64; 2]>,
-    /// True for pictures; all other rasters are data.
+    /// True for pictures in sRGB colours; all other rasters are data.
     pub is_colour: bool,
     pub needs: Needs,
     pub paint: Paint,
-    /// The same quantity with an opacity, for a region of which a walk has only some tiles.
+    /// The same quantity with an opacity channel, for rasters of walks: these have only some of the region's tiles.
     pub with_gaps: Option<&'static Quantity>,
 }
 
-/// The parts of a world that a quantity is made of, beside a tile's own.
+/// The part of a world that a quantity needs in addition to the tile itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Needs {
     Nothing,
     /// Rivers or a sea.
     Water,
     Rivers,
-    /// The land far around a tile, whose water drains through it.
+    /// The land far around a tile, since its water drains through the tile.
     Drainage,
 }
 
-/// The painter of a quantity.
+/// The method by which a quantity is painted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Paint {
-    /// Writes the samples of a row of vertices, given as an area one vertex high.
+    /// A function that writes the samples of one row of vertices. The row is an area one vertex high.
     Row(fn(TileView, Area, &mut [u8])),
     /// Heights as 65,536 steps over a range.
     Steps,
-    /// Heights as 65,536 steps over a range rounded out to whole metres, for dialogs that take no others.
+    /// Heights as 65,536 steps over a range that is widened to whole metres, for dialogs that take only these.
     WholeSteps,
     /// The weight of one material.
     Weight(Material),
-    /// The density of one kind of plants or rocks.
+    /// The density of one kind of plant, or of rocks.
     Density(Growth),
     /// The map, drawn a tile at a time.
     Map,
@@ -72,17 +73,18 @@ impl PartialEq for Quantity {
 
 impl Eq for Quantity {}
 
-/// Grey of flat ground in pictures of curvature, and the number of greys to one side of it.
+/// Grey of flat ground in pictures of curvature.
 const FLAT: f32 = 128.0;
+/// Number of greys on each side of [`FLAT`]: lighter ones for ridges, darker ones for hollows.
 const BENDS: f32 = 127.0;
 
-/// Curvature times the spacing that is shown as the lightest grey.
+/// Curvature (1 / m) times the spacing of vertices (m) that pictures show as the lightest grey.
 const MOST_BENT: f32 = 0.25;
 
-/// Powers of ten, of squares between vertices, that pictures of accumulation show.
+/// Greatest flow accumulation that pictures can show, as a power of ten: 7 stands for 10^7 grid cells.
 const MOST_DRAINED: f32 = 7.0;
 
-/// A quantity of one sample type that needs nothing, has no unit, and whose overviews are means.
+/// Returns a quantity with the defaults: it needs nothing, has no unit, and its overviews are means.
 const fn plain(title: &'static str, sample: Sample, channels: &'static [&'static str], paint: Paint) -> Quantity {
     Quantity {
         title,
@@ -125,7 +127,7 @@ pub(crate) static WHOLE_HEIGHT_STEPS: Quantity =
     steps(&["height, 0 = min_m and 65535 = max_m, both rounded out as in IMPORT.md"], Paint::WholeSteps);
 
 pub(crate) static HEIGHT: Quantity = Quantity {
-    // No vertex is without a height, but what cuts or turns such a raster wants a value for pixels outside it.
+    // Every vertex has a height. But programs that clip or rotate the raster need a value for pixels outside it.
     no_data: Some(f32::NAN),
     ..floats("height", Some("m"), &["height in metres"], |view, row, samples| {
         copy_floats(view.tile.heights().row(row.y0, row.x0, row.x1), samples);
@@ -162,7 +164,7 @@ const fn weight(material: Material, name: &'static [&'static str]) -> Quantity {
     grey(name[0], name, Paint::Weight(material))
 }
 
-/// The two strongest materials and their mix, in the bits of a float, as Terrain3D reads them.
+/// The two materials of greatest weight and their mix, packed into the bits of a float as Terrain3D reads them.
 pub(crate) static CONTROL: Quantity =
     floats("control map", None, &["bits: base << 27 | overlay << 22 | blend << 14"], |view, row, samples| {
         for ((x, y), bytes) in row.vertices().zip(samples.as_chunks_mut().0) {
@@ -180,7 +182,7 @@ pub(crate) static NORMAL: Quantity = plain(
         let [east, up, south] = view.tile.normals().row(row.y0, row.x0, row.x1);
         let pixels = samples.as_chunks_mut().0.iter_mut();
         for (((pixel, east), up), south) in pixels.zip(east).zip(up).zip(south) {
-            // -1..1 becomes 0..255 with 0 at 127.5; green is the image's up, which is north.
+            // -1..1 becomes 0..255 with 0 at 127.5. Green points up in the image, which is north.
             *pixel = [*east, -south, *up].map(|axis| (axis * 127.5 + 128.0) as u8);
         }
     }),
@@ -226,7 +228,7 @@ pub(crate) static WATER: Quantity = Quantity {
     )
 };
 
-/// Overviews of rivers keep the greatest value: rivers are a pixel wide, and a mean would have them fade away.
+/// Overviews of rivers keep the greatest value: rivers are often one pixel wide, and would fade away in a mean.
 pub(crate) static WATER_DEPTH: Quantity = Quantity {
     no_data: Some(0.0),
     reduction: Reduction::Greatest,
@@ -269,12 +271,12 @@ pub(crate) static ASPECT_GREY: Quantity = grey(
     }),
 );
 
-/// The value of level ground, as GDAL has it.
+/// Aspect of level ground, which has no direction: the same value as GDAL's.
 const NO_ASPECT: f32 = -9999.0;
 
 pub(crate) static ASPECT: Quantity = Quantity {
     no_data: Some(NO_ASPECT),
-    // A mean of directions that lie around north would be south.
+    // A mean is wrong for angles: the mean of two directions on both sides of north, 1 and 359 degrees, is south.
     reduction: Reduction::Greatest,
     shown: Some([0.0, 360.0]),
     ..floats(
@@ -380,17 +382,18 @@ impl Quantity {
         matches!(self.paint, Paint::Steps | Paint::WholeSteps)
     }
 
-    /// True if the land far around a tile is made for it.
+    /// True if the land far around a tile must be made to find how much water drains through the tile.
     pub fn is_of_accumulation(&self) -> bool {
         self.needs == Needs::Drainage
     }
 
-    /// The quantity of a region's raster of a walk, which may have to leave out pixels that no tile shows.
+    /// Returns the quantity for a region's raster of a walk, which has gaps where there is no tile: the one with an
+    /// opacity channel, if there is one.
     pub fn of_walk(&'static self) -> &'static Quantity {
         self.with_gaps.unwrap_or(self)
     }
 
-    /// The bytes of a pixel where no tile is; `None` where every value has a meaning.
+    /// Returns the bytes of a pixel where there is no tile, or `None` if every value of the quantity has a meaning.
     pub fn gap(&self) -> Option<[u8; 4]> {
         match (self.paint, self.sample) {
             (Paint::Map, Sample::Rgba8) => Some([0; 4]),
@@ -398,7 +401,7 @@ impl Quantity {
         }
     }
 
-    /// The part of it that a world lacks.
+    /// Returns what this quantity would show but a world lacks, or `None` if the world has it.
     pub fn lacks(&self, world: &World) -> Option<Lack> {
         let rivers =
             Lack { shows: "the discharge of rivers", has: "none", preset: "a preset with [fluvial] or [rivers]" };
@@ -415,20 +418,21 @@ impl Quantity {
     }
 }
 
-/// The bits that Terrain3D reads of a vertex: the texture that there is most of, the second, and its share of both. Based
-/// on: Terrain3D's manual, "Control Map Encoding"; textures have the numbers of the materials.
+/// Returns Terrain3D's control bits of a vertex: the texture of greatest weight, the second, and the second's share of
+/// the weight of both. Textures have the numbers of the materials. Based on: Terrain3D's manual, "Control Map
+/// Encoding".
 fn control(weights: [u8; Material::ALL.len()]) -> u32 {
     let mut order: [usize; Material::ALL.len()] = std::array::from_fn(|material| material);
-    // Stable: of equal weights the first material is the stronger one.
+    // The sort is stable: of materials of equal weight the first one wins.
     order.sort_by_key(|&material| std::cmp::Reverse(weights[material]));
     let [most, second] = [order[0], order[1]].map(|material| u32::from(weights[material]));
-    // Never zero: the weights of a vertex sum to 255.
+    // This is never zero, since the weights of a vertex sum to 255.
     let both = most + second;
     let blend = (second * 255 + both / 2) / both;
     (order[0] as u32) << 27 | (order[1] as u32) << 22 | blend << 14
 }
 
-/// Writes greys, rounded and cut off at their ends.
+/// Writes greys, rounded and clamped to 0 to 255.
 pub(super) fn put_greys(row: &mut [u8], greys: impl Iterator<Item = f32>) {
     for (grey, value) in row.iter_mut().zip(greys) {
         // The cast saturates.

@@ -1,18 +1,18 @@
-//! Overviews: a raster at half its size.
+//! Reduction of a raster to half its width and height, for overviews.
 
 use crate::export::raster::writer::Sample;
 
-/// The way in which four pixels become one of a raster at half the size.
+/// The rule by which a square of four pixels becomes one pixel of a raster of half the width and height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reduction {
     Mean,
     Greatest,
-    /// The value that most of the four have; of as many the greater.
+    /// The value that most of the four pixels have, or the greatest of several that are equally common.
     Commonest,
 }
 
 impl Reduction {
-    /// Makes one row of two; where their width is odd, the last pixel is its own neighbour.
+    /// Reduces two rows to one. If their width is odd, the last pixel is paired with itself.
     pub fn reduce(self, sample: Sample, upper: &[u8], lower: &[u8]) -> Vec<u8> {
         let bytes = sample.bytes();
         let width = upper.len() / bytes;

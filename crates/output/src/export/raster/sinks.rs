@@ -1,4 +1,4 @@
-//! The sinks of rasters: one file for the region, or one a tile.
+//! The sinks of rasters: one file for the region, or one per tile.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -23,7 +23,7 @@ use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
-/// An image of a format, and what all its files have in common.
+/// One image of a format, with everything that its files have in common.
 pub(super) struct Drawing<'a> {
     export: &'static str,
     pub image: Image,
@@ -53,20 +53,20 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Where the pixels of the region's file, or of a tile's, lie.
+    /// Returns the position of the pixels of a tile's file or, with `None`, of the region's file.
     pub fn georeference(&self, tile: Option<TileId>) -> Georeference {
         let area = tile.unwrap_or(self.region.at()).area(self.region.tile_cells());
         Georeference::of_vertices([area.x0, area.y0], self.spacing_m)
     }
 
-    /// What such a file says of itself.
+    /// Returns the metadata of a tile's file or, with `None`, of the region's file.
     pub fn facts(&self, tile: Option<TileId>) -> Facts {
         let quantity = self.image.quantity;
         let range_m = quantity.is_steps().then(|| self.painter.range_m());
         Facts::new(&self.shown, quantity, tile, self.georeference(tile), range_m)
     }
 
-    /// What the manifest says of a finished file.
+    /// Returns the manifest's record of a finished file.
     pub fn record(&self, file: &RasterFile, finished: Finished) -> FileRecord {
         FileRecord {
             width: Some(file.width),
@@ -78,7 +78,7 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// What writes a region's file, line by line from north to south.
+/// Writer of a region's file, line by line from north to south.
 pub(super) trait RegionWriter: Send + Sized {
     /// Begins the file in the folder of the bake.
     fn begin(drawing: &Drawing, file: &RasterFile) -> Result<Self, Error>;
@@ -86,7 +86,7 @@ pub(super) trait RegionWriter: Send + Sized {
     /// Writes the next line of samples.
     fn write_line(&mut self, line: &[u8]) -> Result<(), Error>;
 
-    /// Ends the file, of which it is known by now what it shows, and writes those that stand beside it.
+    /// Ends the file with the statistics of all its samples, and writes its sidecar files.
     fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error>;
 }
 
@@ -97,7 +97,7 @@ pub(super) struct RegionRaster<'a, W> {
     under_way: Mutex<Option<UnderWay<W>>>,
 }
 
-/// What of it is written, and what that has shown.
+/// A file that is being written, and the statistics of its samples so far.
 struct UnderWay<W> {
     writer: W,
     statistics: Statistics,
@@ -132,7 +132,7 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
         let UnderWay { writer, statistics } = under_way.as_mut().expect("rows come before the end");
         let image = &self.drawing.image;
         let sample = image.quantity.sample;
-        // What looks at a raster alone stretches its greys over their range, and would measure it.
+        // Viewers stretch greys over the range of the samples. With statistics at hand they need not read all samples.
         let is_told = image.encoding == Encoding::GeoTiff || !image.beside().is_empty();
         self.drawing.lines(row, pieces, |line| {
             if is_told && sample.is_grey() {
@@ -163,13 +163,13 @@ impl RegionWriter for RasterWriter {
 }
 
 impl Drawing<'_> {
-    /// What a raster of the region keeps of a tile: its samples.
+    /// Returns the samples of a tile, which a raster of the region keeps until it writes the row of tiles.
     fn piece(&self, tile: &Tile, place: Place) -> Kept {
         let (cols, rows) = self.image.owned(&self.region, place);
         Kept { piece: self.painter.paint(tile, cols, rows), files: Vec::new() }
     }
 
-    /// Calls with each line of samples of a row of tiles, given the pieces of these.
+    /// Calls a function with each line of samples of a row of tiles. `pieces` are the samples of the tiles.
     fn lines(&self, row: u64, pieces: &[&[u8]], mut call: impl FnMut(&[u8]) -> Result<(), Error>) -> Result<(), Error> {
         let (_, rows) = self.image.owned(&self.region, Place { row, col: 0 });
         let mut line = Vec::new();
@@ -181,7 +181,7 @@ impl Drawing<'_> {
                     self.skip(Place { row, col }, &mut line);
                     continue;
                 }
-                // Tiles of the last column may be a vertex wider.
+                // A tile of the last column may be one vertex wider, so the length is the piece's own.
                 let row_bytes = piece.len() / rows;
                 line.extend_from_slice(&piece[y * row_bytes..][..row_bytes]);
             }
@@ -190,7 +190,7 @@ impl Drawing<'_> {
         Ok(())
     }
 
-    /// Adds the pixels of a line of a tile that is not there.
+    /// Adds one line of pixels without data, in the place of a tile that the walk has not come to.
     fn skip(&self, place: Place, line: &mut Vec<u8>) {
         let (cols, _) = self.image.owned(&self.region, place);
         let gap = self.image.quantity.gap().expect("the plan has checked that it can be silent");
@@ -198,13 +198,13 @@ impl Drawing<'_> {
     }
 }
 
-/// One raster a tile, each written by the thread that made the tile.
+/// One raster per tile, each written by the thread that made the tile.
 pub(crate) struct TileRasters<'a> {
     drawing: Drawing<'a>,
 }
 
 impl<'a> TileRasters<'a> {
-    /// Rasters that will be in the folder of the bake.
+    /// Creates the sink of rasters in the bake's folder.
     pub fn create(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> TileRasters<'a> {
         TileRasters { drawing: Drawing::new(request, export, image, out) }
     }
@@ -224,7 +224,7 @@ impl Sink for TileRasters<'_> {
         let mut samples = painter.paint(tile, cols, rows);
         if image.layout.rows == RowOrder::FromSouth {
             let row_bytes = samples.len() / rows;
-            // A tile is held whole, so its rows can be turned around; a region's cannot.
+            // The whole tile is in memory, so its rows can be reversed. A region's raster never is, so its rows cannot.
             samples = samples.chunks_exact(row_bytes).rev().collect::<Vec<_>>().concat();
         }
         writer.write_rows(&samples)?;
@@ -240,7 +240,7 @@ impl Sink for TileRasters<'_> {
     }
 }
 
-/// What a bare raster does not say about itself.
+/// JSON sidecar that describes a file of bare samples, which has no header.
 #[derive(Serialize)]
 struct Sidecar {
     width: u64,
@@ -254,7 +254,7 @@ struct Sidecar {
     tile: Option<TileId>,
 }
 
-/// A raster's place and size.
+/// A raster's path, its size in pixels, and its tile.
 pub(super) struct RasterFile {
     pub path: String,
     pub width: u64,
@@ -263,7 +263,7 @@ pub(super) struct RasterFile {
 }
 
 impl RasterFile {
-    /// The file of a whole region.
+    /// Returns the file of a whole region.
     pub fn of_region(Drawing { image, region, .. }: &Drawing) -> RasterFile {
         let (width, height) = image.size(region);
         RasterFile { path: image.file(region, None, TileNames::default()), width, height, tile: None }
@@ -282,7 +282,7 @@ impl RasterFile {
         RasterWriter::create(drawing.out.join(&self.path), &form)
     }
 
-    /// Ends the file, and writes those that stand beside it. Of the whole of a region it is known what it shows.
+    /// Ends the file, and writes its sidecar files. Only rasters of a region have statistics.
     fn end(
         &self,
         drawing: &Drawing,

@@ -1,11 +1,12 @@
-//! What the samples of a raster are like: the numbers by which GIS stretches greys, and which it would measure itself.
+//! Statistics of a raster's samples: minimum, maximum, mean and standard deviation. GIS stretches greys by them, and
+//! would have to read all samples if the file did not hold them.
 
 use crate::export::raster::writer::Sample;
 
-/// Numbers that are added up side by side, so that none waits for the one before it.
+/// Number of partial sums that are kept side by side, so that an addition need not wait for the one before it.
 const LANES: usize = 8;
 
-/// What samples of one channel are like.
+/// Statistics of the samples of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Statistics {
     pub min: f64,
@@ -16,25 +17,25 @@ pub(crate) struct Statistics {
 }
 
 impl Default for Statistics {
-    /// Of no samples.
+    /// Returns the statistics of no samples.
     fn default() -> Statistics {
         Statistics { min: f64::INFINITY, max: f64::NEG_INFINITY, count: 0, sum: 0.0, squares: 0.0 }
     }
 }
 
 impl Statistics {
-    /// Takes in a line of samples, as writers are given them.
+    /// Adds a line of samples, in the bytes that writers take.
     ///
     /// # Panics
-    /// When they have more than one channel.
+    /// When the samples have more than one channel.
     pub fn add(&mut self, line: &[u8], sample: Sample) {
         match sample {
             Sample::Grey8 => self.add_all(line.iter().map(|grey| f64::from(*grey))),
-            // As PNG has them.
+            // Big-endian, as in a PNG.
             Sample::Grey16 => self.add_all(line.as_chunks().0.iter().map(|pair| f64::from(u16::from_be_bytes(*pair)))),
             Sample::Float32 => {
                 let values = line.as_chunks().0.iter().map(|word| f64::from(f32::from_le_bytes(*word)));
-                // Where there is nothing, nothing is measured.
+                // NaN marks pixels without data, which do not count.
                 match values.clone().any(f64::is_nan) {
                     true => self.add_all(values.filter(|value| !value.is_nan()).collect::<Vec<_>>().into_iter()),
                     false => self.add_all(values),
@@ -48,7 +49,7 @@ impl Statistics {
         let (mut least, mut greatest) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
         let (mut sums, mut squares) = ([0.0; LANES], [0.0; LANES]);
         self.count += samples.len() as u64;
-        // Always in the same order: the sums are the same bits in each bake.
+        // Samples are always added in the same order, so the sums have the same bits in each bake.
         for (index, value) in samples.enumerate() {
             let lane = index % LANES;
             least[lane] = value.min(least[lane]);
@@ -62,17 +63,17 @@ impl Statistics {
         self.squares += squares.iter().sum::<f64>();
     }
 
-    /// The mean.
+    /// Returns the mean of all samples.
     pub fn mean(&self) -> f64 {
         self.sum / self.count as f64
     }
 
-    /// The standard deviation of all samples.
+    /// Returns the standard deviation of all samples.
     pub fn deviation(&self) -> f64 {
         (self.squares / self.count as f64 - self.mean().powi(2)).max(0.0).sqrt()
     }
 
-    /// The items of GDAL's metadata that say so.
+    /// Returns these statistics as keys and values of GDAL's metadata.
     pub fn items(&self) -> [(&'static str, f64); 4] {
         [
             ("STATISTICS_MINIMUM", self.min),

@@ -1,22 +1,22 @@
-//! The directories of a TIFF: lists of tags, each with its values, and where these lie.
+//! The directories of a TIFF: lists of tags with their values, or with the offsets of values that need more room.
 //!
-//! Based on: TIFF 6.0; for files that may be longer than 4 GiB BigTIFF, whose counts and offsets have 64 bits. All is
-//! little-endian.
+//! Based on: TIFF 6.0; and BigTIFF, whose counts and offsets have 64 bits, for files that may be longer than 4 GiB. All
+//! numbers are little-endian.
 
 /// The values of a tag.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
-    /// A text in ASCII; it ends with a zero, which is not part of it here.
+    /// A text in ASCII, without the zero byte that ends it in the file.
     Text(String),
     Shorts(Vec<u16>),
     Longs(Vec<u32>),
     Doubles(Vec<f64>),
-    /// Places in the file: of 64 bits in a BigTIFF.
+    /// Offsets in the file: 64 bits each in a BigTIFF, else 32 bits.
     Offsets(Vec<u64>),
 }
 
 impl Values {
-    /// The number of their type, how many they are, and their bytes.
+    /// Returns TIFF's number of the values' type, the number of values, and their bytes.
     fn encoded(&self, big: bool) -> (u16, u64, Vec<u8>) {
         match self {
             Values::Text(text) => (2, text.len() as u64 + 1, [text.as_bytes(), &[0]].concat()),
@@ -26,7 +26,7 @@ impl Values {
             Values::Offsets(places) if big => {
                 (16, places.len() as u64, places.iter().flat_map(|it| it.to_le_bytes()).collect())
             }
-            // The caller has seen that they fit.
+            // The caller has checked that the offsets fit into 32 bits.
             Values::Offsets(places) => {
                 (4, places.len() as u64, places.iter().flat_map(|it| (*it as u32).to_le_bytes()).collect())
             }
@@ -34,11 +34,11 @@ impl Values {
     }
 }
 
-/// A directory: its tags, ascending.
+/// A directory: its tags and their values, in ascending order of the tags.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Directory(pub Vec<(u16, Values)>);
 
-/// Bytes of the head of a file: what it is, and where the first directory lies.
+/// Returns the bytes of a file's header: the magic number, and the offset of the first directory.
 pub(super) fn head(big: bool, first: u64) -> Vec<u8> {
     match big {
         true => [b"II+\0\x08\0\0\0", &first.to_le_bytes()[..]].concat(),
@@ -47,8 +47,9 @@ pub(super) fn head(big: bool, first: u64) -> Vec<u8> {
 }
 
 impl Directory {
-    /// The bytes of a directory that lies at a place in the file, with its values behind it, and says where the next one lies
-    /// if it is not the last. They are as many wherever it lies and whatever its offsets are.
+    /// Returns the bytes of a directory at an offset `at` in the file, followed by its values. Unless it is the last
+    /// one, the directory links to a next one right behind these bytes. Their number does not depend on the values of
+    /// offsets, nor on `at` if that is a multiple of 8.
     pub fn encoded(&self, big: bool, at: u64, is_last: bool) -> Vec<u8> {
         let (count_bytes, entry_bytes, word) = if big { (8, 20, 8) } else { (2, 12, 4) };
         let number = |number: u64, bytes: usize| number.to_le_bytes()[..bytes].to_vec();
@@ -60,7 +61,7 @@ impl Directory {
             entries.extend(kind.to_le_bytes());
             entries.extend(number(count, word));
             if bytes.len() <= word {
-                // In the place of their offset.
+                // Short values stand in the entry itself, in place of their offset.
                 entries.extend(&bytes);
                 entries.resize(entries.len() + word - bytes.len(), 0);
             } else {
@@ -70,7 +71,7 @@ impl Directory {
             }
         }
         let end = at + (table + values.len()) as u64;
-        // Whatever comes next begins at an even place.
+        // The next directory or block begins at a multiple of 8 (TIFF demands an even offset).
         values.resize(values.len() + (end.next_multiple_of(8) - end) as usize, 0);
         let next = if is_last { 0 } else { at + (table + values.len()) as u64 };
         entries.extend(number(next, word));

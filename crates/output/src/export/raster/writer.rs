@@ -1,4 +1,4 @@
-//! Writers of whole rasters, fed row by row: a raster is never held.
+//! Writers of raster files. They take the rows one after the other, so no raster is ever whole in memory.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,29 +10,29 @@ use crate::export::raster::exr::ExrWriter;
 use crate::export::raster::facts::Facts;
 use crate::file::{Finished, PartFile};
 
-/// How the samples of a raster are written.
+/// The file format in which the samples of a raster are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
-    /// Portable Network Graphics, 8 or 16 bits a channel, big-endian.
+    /// Portable Network Graphics, 8 or 16 bits per channel, big-endian.
     Png,
     /// OpenEXR scan lines, one 32-bit float channel `Y`.
     Exr,
-    /// OpenEXR with one channel thrice, as R, G and B, for readers that know no other.
+    /// OpenEXR with the same samples in three channels, R, G and B, for readers that accept no others.
     ExrRgb,
     /// Bare 16-bit samples, little-endian, with a JSON sidecar.
     R16,
-    /// Bare 16-bit samples under the name that engines ask for, without a sidecar.
+    /// Bare 16-bit samples with the extension that engines expect, without a sidecar.
     Raw,
-    /// GeoTIFF in the order of the cloud: tiles, with smaller copies before them.
+    /// Cloud Optimized GeoTIFF: blocks, with overviews before them.
     GeoTiff,
 }
 
-/// Pixels a side of a PNG at most: the format allows 2^31 - 1, and libpng, by which nearly all programs read it, refuses more than
-/// these.
+/// Greatest width and height of a PNG in pixels. The format allows 2^31 - 1, but libpng, by which nearly all programs
+/// read PNGs, refuses more than this number.
 pub(in crate::export) const MOST_PNG: u64 = 1_000_000;
 
 impl Encoding {
-    /// The ending of the file's name.
+    /// Returns the extension of the file's name.
     pub fn extension(self) -> &'static str {
         match self {
             Encoding::Png => "png",
@@ -43,22 +43,22 @@ impl Encoding {
         }
     }
 
-    /// The most samples that it can hold from west to east, and as many from north to south.
+    /// Returns the greatest width in pixels that a file can have, which is also its greatest height.
     pub fn max_side(self) -> u64 {
         match self {
             Encoding::Png => MOST_PNG,
-            // The data window of EXR has signed corners of 32 bits.
+            // The corners of an EXR's data window are signed 32-bit numbers.
             Encoding::Exr | Encoding::ExrRgb | Encoding::GeoTiff => i32::MAX as u64,
             Encoding::R16 | Encoding::Raw => u64::MAX,
         }
     }
 
-    /// How often each sample is written.
+    /// Returns the number of channels in which each sample is repeated.
     pub fn copies(self) -> u64 {
         self.exr_channels().len().max(1) as u64
     }
 
-    /// The channels of an OpenEXR file, in the order in which it has them; none in other files.
+    /// Returns the names of the channels of an OpenEXR file, in the file's order. Other encodings have none.
     fn exr_channels(self) -> &'static [&'static str] {
         match self {
             Encoding::Exr => &["Y"],
@@ -68,23 +68,23 @@ impl Encoding {
     }
 }
 
-/// The samples of one pixel.
+/// Type of a pixel: its channels, and the type of number in them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sample {
     /// One channel of 8 bits.
     Grey8,
-    /// One of 16 bits.
+    /// One channel of 16 bits.
     Grey16,
-    /// Three of 8 bits.
+    /// Three channels of 8 bits.
     Rgb8,
-    /// Four of 8 bits.
+    /// Four channels of 8 bits.
     Rgba8,
-    /// One of 32-bit floats.
+    /// One channel of 32-bit floats.
     Float32,
 }
 
 impl Sample {
-    /// Bytes of a pixel.
+    /// Returns the number of bytes of a pixel.
     pub fn bytes(self) -> usize {
         match self {
             Sample::Grey8 => 1,
@@ -94,27 +94,27 @@ impl Sample {
         }
     }
 
-    /// Whether a pixel is one number.
+    /// True if a pixel is a single number.
     pub fn is_grey(self) -> bool {
         matches!(self, Sample::Grey8 | Sample::Grey16 | Sample::Float32)
     }
 }
 
-/// What a raster file is to hold.
+/// Description of a raster file that is to be written.
 pub(crate) struct Form<'a> {
     pub encoding: Encoding,
     pub sample: Sample,
-    /// Pixels from west to east and from north to south, as many as the encoding can hold.
+    /// Width and height in pixels, each at most [`Encoding::max_side`].
     pub size: (u64, u64),
-    /// Its name where layers have names.
+    /// Name of the layer, for encodings that have layer names (OpenEXR).
     pub layer: &'a str,
-    /// Whether it has colours for the eye; all other rasters are data.
+    /// True for pictures in sRGB colours; all other rasters are data.
     pub is_colour: bool,
-    /// What it says of itself.
+    /// The metadata that is written into the file.
     pub facts: &'a Facts,
 }
 
-/// A raster file under way.
+/// A raster file that is being written.
 pub(crate) enum RasterWriter {
     Png { file: SharedFile, stream: Box<png::StreamWriter<'static, SharedFile>> },
     Exr(Box<ExrWriter>),
@@ -122,7 +122,7 @@ pub(crate) enum RasterWriter {
 }
 
 impl RasterWriter {
-    /// Begins a raster.
+    /// Begins a raster file.
     pub fn create(path: PathBuf, form: &Form) -> Result<RasterWriter, Error> {
         let (width, height) = form.size;
         let narrow = |side: u64| u32::try_from(side).expect("the plan has checked the size");
@@ -137,7 +137,7 @@ impl RasterWriter {
                 let file = SharedFile(Arc::new(Mutex::new(Some(file))));
                 let size = (narrow(width), narrow(height));
                 let stream = png_writer(file.clone(), form.sample, size, form.is_colour, form.facts)
-                    // Chunks of a quarter of a mebibyte: each has a header and a checksum, and is a write.
+                    // Chunks of 256 KiB: fewer chunks mean fewer headers, checksums and writes.
                     .and_then(|writer| writer.into_stream_writer_with_size(1 << 18))
                     .map_err(png_error(&path))?;
                 Ok(RasterWriter::Png { file, stream: Box::new(stream) })
@@ -148,7 +148,7 @@ impl RasterWriter {
         }
     }
 
-    /// Appends whole rows.
+    /// Appends complete rows.
     pub fn write_rows(&mut self, rows: &[u8]) -> Result<(), Error> {
         match self {
             RasterWriter::Png { file, stream } => stream.write_all(rows).map_err(|error| Error::io(file.path())(error)),
@@ -157,7 +157,7 @@ impl RasterWriter {
         }
     }
 
-    /// Ends the file, which must have all its rows.
+    /// Ends the file. All its rows must have been written.
     pub fn finish(self) -> Result<Finished, Error> {
         match self {
             RasterWriter::Png { file, stream } => {
@@ -171,7 +171,7 @@ impl RasterWriter {
     }
 }
 
-/// A whole PNG in memory.
+/// Returns a complete PNG in memory. With `srgb` it is marked as a picture in sRGB colours.
 pub fn png_bytes(sample: Sample, size: (u32, u32), srgb: bool, rows: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut write = || {
@@ -203,11 +203,12 @@ fn png_writer<W: Write>(
     if srgb {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     }
-    // The fastest setting keeps the encoders behind the noise; on terrain a fixed filter beats the adaptive one.
+    // With the fastest setting, encoding takes less time than making the noise of the terrain. On terrain a fixed
+    // filter beats the adaptive one.
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Up);
     for (keyword, text) in facts.texts() {
-        // The plain kind, which more programs show, has the letters of western Europe alone.
+        // A tEXt chunk is shown by more programs than an iTXt chunk, but it can hold only the characters of Latin-1.
         match text.chars().all(|letter| letter <= '\u{FF}') {
             true => encoder.add_text_chunk(keyword.to_owned(), text)?,
             false => encoder.add_itxt_chunk(keyword.to_owned(), text)?,
@@ -226,7 +227,7 @@ fn png_error(path: &Path) -> impl FnOnce(png::EncodingError) -> Error {
     }
 }
 
-/// A file that the PNG stream writes to and that is still ours when the stream has ended.
+/// A file shared with the PNG stream. The stream consumes its writer, but the file must still be finished after it.
 #[derive(Clone)]
 pub(crate) struct SharedFile(Arc<Mutex<Option<PartFile>>>);
 
