@@ -271,20 +271,18 @@ pub(crate) static ASPECT_GREY: Quantity = grey(
     }),
 );
 
-/// Aspect of level ground, which has no direction: the same value as GDAL's.
-const NO_ASPECT: f32 = -9999.0;
-
 pub(crate) static ASPECT: Quantity = Quantity {
-    no_data: Some(NO_ASPECT),
+    // Level ground has no direction.
+    no_data: Some(f32::NAN),
     // A mean is wrong for angles: the mean of two directions on both sides of north, 1 and 359 degrees, is south.
     reduction: Reduction::Greatest,
     shown: Some([0.0, 360.0]),
     ..floats(
         "aspect",
         Some("degree"),
-        &["aspect in degrees clockwise from north, -9999 = level"],
+        &["aspect in degrees clockwise from north, none on level ground"],
         |view, row, samples| {
-            put_floats(samples, row.vertices().map(|(x, y)| view.tile.aspect_degrees(x, y).unwrap_or(NO_ASPECT)));
+            put_floats(samples, row.vertices().map(|(x, y)| view.tile.aspect_degrees(x, y).unwrap_or(f32::NAN)));
         },
     )
 };
