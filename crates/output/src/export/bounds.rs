@@ -1,8 +1,8 @@
-//! The bounds of a manifest that is read: whatever it says, and whatever its hash, a bake could have said it.
+//! Bounds of a manifest that is read: even with a right hash, it is refused if no bake could have written it.
 //!
-//! A manifest may be damaged, written by hand or meant to do harm. What it says is used without another look, so all of it is looked
-//! at here: its numbers are those that options and presets can have, what follows from other numbers does, and no text or list is
-//! longer than a bake makes it.
+//! A manifest may be damaged, written by hand or malicious, and the rest of the program uses its values unchecked. So
+//! all values are checked here: numbers lie in the ranges of options and presets, derived numbers agree with those that
+//! they follow from, and no text or list is longer than a bake makes it.
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Debug, Display, Formatter};
@@ -18,16 +18,16 @@ use crate::file::FileRecord;
 use crate::preset::TILE_CELLS;
 use crate::walker::LAYERS;
 
-/// Bytes of the longest text: a path has no more on most systems.
+/// Largest number of bytes of a text: most systems allow no longer path.
 const MOST_TEXT: usize = 4096;
 
-/// Layers of the program that a version may have.
+/// Largest number of layers of the program that a manifest may list.
 const MOST_LAYERS: usize = 64;
 
-/// Channels of a raster that it may list.
+/// Largest number of channels that a raster may list.
 const MOST_CHANNELS: usize = 64;
 
-/// A JSON value of which nothing is kept: its texts were looked at.
+/// Reads any JSON value, checks its texts and keeps nothing.
 pub(super) struct Texts;
 
 impl<'de> Deserialize<'de> for Texts {
@@ -78,10 +78,10 @@ impl<'de> Visitor<'de> for Texts {
     }
 }
 
-/// Whether other programs can be given a text.
+/// Checks that a text is safe to give to other programs.
 ///
 /// # Errors
-/// When it is too long, or when a character of it is none but does something, such as to end a line.
+/// When the text is too long, or has a control character, such as the end of a line.
 pub(super) fn check_text(text: &str) -> Result<(), String> {
     if text.len() > MOST_TEXT {
         return Err(format!("a text of {} bytes, and {MOST_TEXT} are the most", text.len()));
@@ -92,10 +92,10 @@ pub(super) fn check_text(text: &str) -> Result<(), String> {
     }
 }
 
-/// Finds the first thing in a manifest that no bake says.
+/// Finds the first value of a manifest that no bake writes.
 ///
 /// # Errors
-/// When there is one: its key, what was expected and what is there.
+/// When there is such a value: its key, what was expected and what was found.
 pub(super) fn check(manifest: &Manifest) -> Result<(), String> {
     manifest.preset.check().map_err(|fault| format!("preset: {}", error::Error::from(fault)))?;
     let region = check_region(manifest)?;
@@ -128,7 +128,7 @@ fn is(is_so: bool, key: impl Display, expected: impl Display, found: impl Debug)
     if is_so { Ok(()) } else { Err(format!("{key}: expected {expected}, found {found:?}")) }
 }
 
-/// The region, if there can be such a one, and if all that follows from it does.
+/// Returns the region, if it is possible and all numbers derived from it are right.
 fn check_region(manifest: &Manifest) -> Result<Region, String> {
     let Manifest { preset, region, stride, spacing_m, .. } = manifest;
     let cells = format!("{} to {}", TILE_CELLS.start(), TILE_CELLS.end());
@@ -154,7 +154,7 @@ fn check_region(manifest: &Manifest) -> Result<Region, String> {
     Ok(whole)
 }
 
-/// Whether numbers are others but for the last digits, which another version may compute otherwise.
+/// True if numbers agree but for the last digits, which another version may compute differently.
 fn are_near(numbers: &[f64], others: &[f64]) -> bool {
     numbers.iter().zip(others).all(|(number, other)| (number - other).abs() <= 1e-9 * other.abs().max(1.0))
 }
@@ -174,7 +174,7 @@ fn check_heights(manifest: &Manifest) -> Result<(), String> {
     )
 }
 
-/// Whether no list but that of files is longer than a bake makes it.
+/// Checks the lengths of all lists but the list of files: none is longer than a bake makes it.
 fn check_lists(manifest: &Manifest) -> Result<(), String> {
     let Manifest { layers, exports, .. } = manifest;
     is(layers.len() <= MOST_LAYERS, "layers", format_args!("at most {MOST_LAYERS}"), layers.len())?;
@@ -197,7 +197,7 @@ fn check_meshes(manifest: &Manifest) -> Result<(), String> {
     if let Some(error_m) = meshes.error_m {
         is(error_m > 0.0, "meshes.error_m", "more than 0", error_m)?;
     }
-    // Manifests of earlier versions name no vertex.
+    // Manifests of earlier versions record no origin.
     let Some(origin) = meshes.origin else { return Ok(()) };
     let is_vertex = origin.iter().all(|side| side.unsigned_abs() <= MAX_COORDINATE.unsigned_abs());
     is(is_vertex, "meshes.origin", format_args!("a vertex at most {MAX_COORDINATE} from the origin"), origin)?;
@@ -213,7 +213,7 @@ fn check_meshes(manifest: &Manifest) -> Result<(), String> {
 
 fn check_file(record: &FileRecord, region: &Region) -> Result<(), String> {
     let FileRecord { path, width, height, channels, mesh, tile, bytes, blake3, .. } = record;
-    // The registry counts with a sign.
+    // The registry stores counts as signed numbers.
     let is_count = |count: u64| i64::try_from(count).is_ok();
     is(is_count(*bytes), format_args!("files, {path:?}: bytes"), "fewer than 2^63", bytes)?;
     for (name, side) in [("width", width), ("height", height)] {

@@ -110,8 +110,8 @@ pub(super) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) ->
     files.par_iter().filter_map(fault).collect()
 }
 
-/// Returns the description of the bake in a folder. The sources in order: the manifest if its hash is right; the
-/// registry; the manifest all the same. A manifest that is missing is not replaced by the registry.
+/// Returns the manifest of the bake in a folder. If the file's hash is wrong, the manifest is put together from the
+/// registry, and if the registry cannot be read either, the file is taken as it is.
 ///
 /// # Errors
 /// When neither can be read, or the manifest is missing.
@@ -132,14 +132,14 @@ pub(super) fn told(folder: &Path) -> Result<Manifest, Error> {
         // Without a hash, so that callers see that this manifest was not read from its file.
         Manifest { files, blake3: String::new(), ..plan }.checked().ok()
     };
-    // A missing manifest was removed on purpose, or never written: the registry does not replace it.
+    // A missing manifest was removed, or never written: the registry does not replace it.
     if folder.join(manifest::PATH).exists() { by_registry().map_or(read, Ok) } else { read }
 }
 
 /// Compares the edges that files of neighbouring tiles share. Reads PNG, and bare 16-bit heights.
 fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
     let faulty: BTreeSet<&str> = checked.faults.iter().map(|fault| &fault.path[..]).collect();
-    // Only rasters of a tile's vertices share edges. Rasters of another size have no edge in common.
+    // Neighbours share an edge only if their rasters hold all vertices of a tile, those on its edges included.
     let side = manifest.region.tile_cells as usize + 1;
     let edges = |record: &FileRecord| {
         let tile = record.tile.filter(|_| record.width == Some(side as u64) && record.height == record.width)?;

@@ -40,7 +40,7 @@ pub struct Cost {
 /// A forecast of disk and time for a bake, from some of its tiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forecast {
-    /// Bytes on the disk, with a margin: a bake nearly always takes less.
+    /// Bytes on the disk, with a margin: as a rule a bake takes less.
     pub disk_bytes: u64,
     /// Bytes on the disk in each folder of the bake, by the folder's name.
     folders: BTreeMap<String, u64>,
@@ -327,8 +327,8 @@ impl Baked {
     }
 }
 
-/// Returns the bytes of files of a one-tile plan that show nothing, for exports whose files have bytes besides those of
-/// tiles.
+/// Returns the bytes of the files of a one-tile plan in which the tile shows nothing, for exports whose files have
+/// bytes besides those of tiles.
 fn head(plan: &Plan) -> Result<Sizes, Error> {
     let aside = aside()?;
     for folder in plan.folders() {

@@ -61,8 +61,8 @@ pub(crate) struct FormatCost {
 }
 
 impl FormatCost {
-    /// Returns the cost of two formats together. A thread makes the files of one after those of the other, so of the
-    /// bytes a thread only the larger number counts.
+    /// Returns the cost of two formats together. A thread makes the files of one after those of the other, so of
+    /// their `thread_bytes` only the larger number counts.
     pub fn and(self, other: FormatCost) -> FormatCost {
         FormatCost {
             files: self.files.saturating_add(other.files),
@@ -129,8 +129,8 @@ pub(crate) trait Format: Sync {
         Ok(())
     }
 
-    /// Returns a warning if the files may prove too small for their contents, which shows only when they are made.
-    /// Default: none.
+    /// Returns a warning if the format may prove unable to hold the contents of its files, which shows only when they
+    /// are made. Default: none.
     fn warning(&self, _request: &Request) -> Option<String> {
         None
     }

@@ -1,4 +1,4 @@
-//! How much memory this process may still take, as far as the system says.
+//! Memory that this process may still take, according to the system.
 
 use sysinfo::{Process, ProcessesToUpdate, System, get_current_pid};
 
@@ -10,24 +10,24 @@ use crate::export::Bytes;
 pub struct Limit {
     /// Bytes that may still be taken.
     pub left_bytes: u64,
-    /// Who says so.
+    /// The system's rule that sets the limit, in words of a message.
     pub source: &'static str,
 }
 
 impl Limit {
-    /// The tightest limit of this process, if any is known.
+    /// Returns the tightest limit of this process, if any is known.
     pub fn now() -> Option<Limit> {
-        // Where a system is not known, none of its limits is.
+        // On an unsupported system no limit is known.
         let mut system = System::new().ok()?;
         system.refresh_memory();
         let own = get_current_pid().ok();
         own.inspect(|own| _ = system.refresh_processes(ProcessesToUpdate::Some(&[*own]), false));
         let process = own.and_then(|own| system.process(own));
-        // What the kernel could drop, such as files that it has cached, is not taken.
+        // The group's `rss` leaves out memory that the kernel could drop, such as cached files.
         let of_group =
             process.and_then(Process::cgroup_limits).map(|group| group.total_memory.saturating_sub(group.rss));
         let of_process = process.zip(most_address_space()).map(|(own, most)| most.saturating_sub(own.virtual_memory()));
-        // A system that does not tell says that there is nothing.
+        // A system that does not know its available memory reports 0.
         let available = Some(system.available_memory()).filter(|bytes| *bytes > 0);
         let limits = [
             (of_process, "the limit of the process (ulimit -v)"),
@@ -38,10 +38,10 @@ impl Limit {
         known.min_by_key(|limit| limit.left_bytes)
     }
 
-    /// Whether what may take so much memory keeps to the limit that there is now.
+    /// Checks that `bytes` of memory are within the current limit.
     ///
     /// # Errors
-    /// When it may take more; the hint says what takes less.
+    /// When they are not; the hint says what takes less.
     pub fn check(what: &str, bytes: u64, hint: &str) -> Result<(), Error> {
         match Limit::now().filter(|limit| limit.left_bytes < bytes) {
             None => Ok(()),
@@ -57,7 +57,7 @@ impl Limit {
     }
 }
 
-/// Bytes of address space that the process may have, if there is a limit.
+/// Returns the limit of the process's address space in bytes, if there is one.
 fn most_address_space() -> Option<u64> {
     #[cfg(unix)]
     return rustix::process::getrlimit(rustix::process::Resource::As).current;

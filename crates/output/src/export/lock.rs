@@ -9,30 +9,31 @@ use std::time::Duration;
 use crate::error::Error;
 use crate::file::{Operation, gate};
 
-/// The file that is locked. It is there as long as somebody writes to the folder, or where one who did was killed, which says
-/// nothing.
+/// The file that is locked. It exists while a bake writes to the folder. After a killed bake it stays, but unlocked,
+/// which does no harm.
 pub(super) const FILE_NAME: &str = ".terrane.lock";
 
-/// How often a lock is tried, and how long one waits before the next time.
+/// Number of attempts to take a lock, and the pause between two attempts.
 const TRIES: u32 = 20;
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Bytes of what the holder says of itself at most.
+/// Largest number of bytes that are read of the holder's text.
 const WORDS: u64 = 200;
 
-/// Held by the one that writes to a folder. The system lets go of it when the process ends, however it ends.
+/// The lock that a bake holds while it writes to a folder. The system releases the lock when the process ends, however
+/// it ends.
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,
-    /// None where the file system knows no locks.
+    /// None if the file system has no locks.
     file: Option<File>,
 }
 
 impl Lock {
-    /// Takes the lock of a folder, which must be there.
+    /// Takes the lock of a folder, which must exist.
     ///
     /// # Errors
-    /// When another process holds it, or when there can be no file.
+    /// When another process holds the lock, or when its file cannot be made.
     pub fn take(folder: &Path) -> Result<Lock, Error> {
         let path = folder.join(FILE_NAME);
         for _ in 0..TRIES {
@@ -54,7 +55,8 @@ impl Lock {
                     written.map_err(Error::io(&path))?;
                     return Ok(Lock { path, file: Some(file) });
                 }
-                // Removed by the one who held it, after it was opened here; or held by one who only looks.
+                // The previous holder removed the file after it was opened here, or a process that only checks holds
+                // the lock.
                 Ok(()) | Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
                 Err(TryLockError::Error(_)) => return Ok(Lock { path, file: None }),
             }
@@ -62,10 +64,10 @@ impl Lock {
         Err(held(folder, &path))
     }
 
-    /// Whether somebody is writing to a folder, which may not be there.
+    /// Checks that no bake is writing to a folder. The folder need not exist.
     ///
     /// # Errors
-    /// When somebody is.
+    /// When a bake is writing to it.
     pub fn check(folder: &Path) -> Result<(), Error> {
         let path = folder.join(FILE_NAME);
         let Ok(file) = File::open(&path) else { return Ok(()) };
@@ -75,7 +77,7 @@ impl Lock {
         }
     }
 
-    /// Whether nobody else can have it.
+    /// True if the lock keeps others out. On a file system without locks it does not.
     pub fn is_held(&self) -> bool {
         self.file.is_some()
     }
@@ -83,15 +85,15 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // While it is held, so that the name is never that of somebody else's.
+        // Remove the file while its lock is still held, so that it cannot be the file of another holder.
         _ = fs::remove_file(&self.path);
     }
 }
 
-/// What is said when somebody else writes to a folder.
+/// Returns the error for a folder that another bake writes to.
 fn held(folder: &Path, path: &Path) -> Error {
     let mut says = String::new();
-    // Some systems let nobody read what is locked.
+    // Some systems let nobody read a locked file; then the message does not name the holder.
     _ = File::open(path).and_then(|file| file.take(WORDS).read_to_string(&mut says));
     let by = says.lines().next().map_or(String::new(), |holder| format!(" ({holder})"));
     Error::Output {
@@ -101,7 +103,7 @@ fn held(folder: &Path, path: &Path) -> Error {
     }
 }
 
-/// Whether a file that was opened is still the one of that name.
+/// True if the opened file is still the file at this path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -109,7 +111,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     file.metadata().ok().map(number) == path.symlink_metadata().ok().map(number)
 }
 
-/// Where files cannot be removed while they are open there is nothing to ask.
+/// If the system lets nobody remove an open file, any file at this path is the opened one.
 #[cfg(not(unix))]
 fn is_at(_file: &File, path: &Path) -> bool {
     path.exists()
@@ -128,7 +130,7 @@ mod tests {
         assert!(refused.contains(&format!("(process {})", std::process::id())), "{refused}");
         drop(lock);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        // What a killed one has left is no lock.
+        // The file that a killed process left is not locked.
         fs::write(folder.path().join(FILE_NAME), "process 1\n").unwrap();
         drop(Lock::take(folder.path()).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);

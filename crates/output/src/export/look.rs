@@ -1,4 +1,4 @@
-//! What lies in the folder of a bake, at a glance: no file is read but the manifest and the registry.
+//! The contents of a bake's folder at a glance: only the manifest and the registry are read.
 
 use std::path::Path;
 
@@ -10,38 +10,38 @@ use crate::export::manifest::Manifest;
 use crate::export::runs::{Run, runs};
 use crate::registry::{FILE_NAME, Registry};
 
-/// How far a bake has come.
+/// Progress of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// All of it is there.
+    /// All of the bake is there.
     Whole,
-    /// It is being made.
+    /// The bake is being made.
     UnderWay,
-    /// It did not come to its end, and can be gone on with.
+    /// The bake was cut off, and can be resumed.
     CutOff,
 }
 
-/// What lies in the folder of a bake.
+/// A bake in a folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contents {
-    /// What was baked; without files where the bake is not whole.
+    /// The manifest; without files if the bake is not whole.
     pub manifest: Manifest,
-    /// How far it has come.
+    /// Progress of the bake.
     pub state: State,
-    /// How many of its tiles are known.
+    /// Number of tiles in its registry.
     pub tiles: u64,
-    /// How many it has, or is to have.
+    /// Number of tiles of the whole bake.
     pub tiles_of: u64,
-    /// Files that are not there, or have another size, as paths in the folder.
+    /// Files that are missing or have another size, as paths in the folder.
     pub missing: Vec<String>,
-    /// Its runs, as far as their log can be read.
+    /// Runs of the bake, as far as their log can be read.
     pub runs: Vec<Run>,
 }
 
-/// Looks at the bakes in a folder: one that is whole, and one that is under way or was cut off.
+/// Looks at the bakes in a folder: a whole one, and one that is under way or was cut off.
 ///
 /// # Errors
-/// When there is none that can be read.
+/// When there is no bake that can be read.
 pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
     let mut found = Vec::new();
     let whole = told(folder);
@@ -76,7 +76,8 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
     }
 }
 
-/// How many tiles a manifest tells of; all of the region, where this program cannot tell which are those of a walk.
+/// Returns the number of tiles of a manifest's bake. Of a walk that this program cannot repeat, all tiles of the region
+/// count.
 fn tiles_of(manifest: &Manifest) -> u64 {
     if let Some(shard) = &manifest.shard {
         return shard.cols.saturating_mul(shard.rows);
@@ -85,7 +86,7 @@ fn tiles_of(manifest: &Manifest) -> u64 {
     walked.map_or(manifest.region.cols * manifest.region.rows, |tiles| tiles.len() as u64)
 }
 
-/// How often a registry is read of which nothing can be told: that of a bake under way may change meanwhile.
+/// Number of attempts to read a registry: that of a bake under way may change during an attempt.
 const LOOKS: u32 = 3;
 
 fn tiles(folder: &Path) -> u64 {

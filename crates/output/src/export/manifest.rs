@@ -380,7 +380,7 @@ impl Manifest {
     /// Returns the tiles that were baked.
     ///
     /// # Errors
-    /// When the region or the walk is impossible, or when another version of the program has baked the walk.
+    /// When the region, the walk or the shard is impossible, or when another version of the program has baked the walk.
     pub(crate) fn tiles(&self) -> Result<BTreeSet<TileId>, Error> {
         if let Some(tour) = &self.walk {
             return Ok(Walk::new(tour.clone(), &self.world()?)?.tiles().clone());

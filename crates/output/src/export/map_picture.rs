@@ -1,5 +1,5 @@
-//! A map as a file: PDF or SVG, or PNG or WebP with two files beside it by which GIS places it: a world file says where it lies, and an
-//! `.aux.xml` also on which plane.
+//! A map as a file: PDF or SVG, or PNG or WebP with two sidecar files that georeference it. A world file gives its
+//! place, and an `.aux.xml` also its coordinate system.
 
 use std::fs;
 use std::io::Write;
@@ -24,20 +24,20 @@ use crate::stop;
 use crate::watch::Watch;
 use crate::world::World;
 
-/// The hint for a map or an atlas that takes more memory or disk than there is.
+/// Hint for a map or an atlas that takes more memory or disk than there is.
 pub const SMALLER: &str = "draw a smaller part, or at a smaller scale";
 
-/// Pixels a side that a WebP picture can have.
+/// Largest width and height of a WebP picture in pixels.
 const MOST_WEBP: usize = 16_383;
 
-/// Bytes that a PNG takes beside its pixels, of each row and of all.
+/// Bytes that a PNG takes besides its pixels: for each row, and for the whole file.
 const ROW_BYTES: u64 = 64;
 const HEAD_BYTES: u64 = 1 << 16;
 
-/// Bytes of pixels that are packed at once.
+/// Bytes of pixels that are compressed between two checks for a stop.
 const PACKED_AT_ONCE: usize = 1 << 20;
 
-/// A map that is to be written.
+/// A map that is to be written to a file.
 #[derive(Debug)]
 pub struct MapPicture {
     path: PathBuf,
@@ -53,25 +53,25 @@ enum Kind {
     Svg,
 }
 
-/// What a map says of itself in its file.
+/// Metadata of a map's file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Texts {
     /// The name of the map.
     pub title: String,
-    /// How to draw it again.
+    /// Description of the map, with the way to draw it again.
     pub description: String,
     /// The program and its version.
     pub software: String,
-    /// The name of the preset and the seed of the world that it shows.
+    /// The name of the preset and the seed of the world on the map.
     pub world: (String, u64),
 }
 
 impl MapPicture {
-    /// A picture of so many pixels at a path, whose ending says how it is written.
+    /// Prepares a picture of the given pixel size at a path, whose ending chooses the format.
     ///
     /// # Errors
-    /// When the ending is none that is known, when there is a file already that may not be replaced, or when there is not
-    /// enough room for the picture.
+    /// When the ending is not known, when the picture is too large for the format, when a file exists and may not be
+    /// replaced, or when the disk is too small for the picture.
     pub fn new(path: &Path, (width, height): (usize, usize), overwrite: bool) -> Result<MapPicture, Error> {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let kind = match ending.as_str() {
@@ -114,11 +114,11 @@ impl MapPicture {
         Ok(picture)
     }
 
-    /// The picture with its letters written so. Otherwise they are text in PDF, whose readers all use the fonts in it, and outlines
-    /// in SVG, since of its readers only browsers do.
+    /// Sets how letters are written. The default is text in PDF, whose readers all use embedded fonts, and outlines in
+    /// SVG, of whose readers only browsers use them.
     ///
     /// # Errors
-    /// When it is a picture of pixels.
+    /// When the picture is one of pixels.
     pub fn lettered(self, lettering: Lettering) -> Result<MapPicture, Error> {
         match self.kind {
             Kind::Pdf | Kind::Svg => Ok(MapPicture { lettering, ..self }),
@@ -129,7 +129,7 @@ impl MapPicture {
         }
     }
 
-    /// What whoever looks at such a page should know.
+    /// Returns warnings for users who look at a page of this size.
     pub fn warnings(&self, page: Area, scale: Scale) -> Vec<String> {
         let size_mm = [page.width(), page.height()].map(|pixels| pixels as f64 / scale.pixels_per_mm);
         if self.kind != Kind::Pdf || user_unit(size_mm) == 1.0 {
@@ -143,21 +143,23 @@ impl MapPicture {
         )]
     }
 
-    /// Where the file is by which GIS places the picture; none of lines that are drawn as such, which no GIS places by one.
+    /// Returns the path of the world file, by which GIS places a picture. PDF and SVG have none, since a world file
+    /// places only pictures of pixels.
     fn world_file(&self) -> Option<PathBuf> {
         let letters = match self.kind {
             Kind::Png => "pgw",
             Kind::WebP => "wpw",
             Kind::Pdf | Kind::Svg => return None,
         };
-        // In capitals where the ending is: else it would be that of another picture.
+        // The world file's ending is in capitals if the picture's is: in small letters it would belong to another
+        // picture.
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
         let is_upper = ending.chars().all(|letter| letter.is_ascii_uppercase());
         Some(self.path.with_extension(if is_upper { letters.to_uppercase() } else { letters.to_owned() }))
     }
 
-    /// Whether what is beside the picture has nothing to do with its world file: readers look for that in small letters and in
-    /// capitals.
+    /// Checks that the two sidecar files may be written, and that no other file differs from the picture or its world
+    /// file in capitals alone: readers look for a world file in small letters and in capitals.
     fn check_beside(&self, overwrite: bool) -> Result<(), Error> {
         let Some(world_file) = self.world_file() else { return Ok(()) };
         let refuse = |path: PathBuf, message: &str, hint: &str| {
@@ -177,7 +179,7 @@ impl MapPicture {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let other = entry.path();
             let is_beside = [&self.path, &world_file].into_iter().any(|own| same_but_for_case(own, &other));
-            // Where capitals do not count it is the file itself.
+            // On a file system that ignores capitals, the file found is the picture or its world file itself.
             let is_own = || {
                 [&self.path, &world_file].into_iter().any(|own| own.canonicalize().ok() == other.canonicalize().ok())
             };
@@ -190,16 +192,17 @@ impl MapPicture {
         Ok(())
     }
 
-    /// The most memory that a map of a world takes in a scale, of so many pixels, on so many threads.
+    /// Returns the largest number of bytes of memory that a map of a world takes at a scale, with these pixels and
+    /// threads.
     pub fn memory_bytes(&self, world: &World, scale: Scale, (width, height): (usize, usize), threads: usize) -> u64 {
         let rows = if matches!(self.kind, Kind::Png | Kind::Svg) { Chart::STRIP } else { height };
         let (working_bytes, worlds) = Chart::memory(world, scale, [width, height], rows, threads);
         told(threads, working_bytes, worlds * world.memory_bytes(1))
     }
 
-    /// Whether there is disk for so many pixels.
+    /// Checks that the disk has room for these pixels.
     fn check_room(&self, width: u64, height: u64) -> Result<(), Error> {
-        // Text of six bits a letter.
+        // SVG holds pixels in base64: four letters for the three bytes of a pixel.
         let stretch = if self.kind == Kind::Svg { 4 } else { 3 };
         let disk_bytes = (width * stretch + ROW_BYTES) * height + HEAD_BYTES;
         let needs = format!("a map of {width} x {height} pixels may take {} of disk", Bytes(disk_bytes));
@@ -212,10 +215,10 @@ impl MapPicture {
         }
     }
 
-    /// Makes its folder ready, so that nothing is drawn in vain.
+    /// Makes the folder of the file and checks that the file can be written, so that nothing is drawn in vain.
     ///
     /// # Errors
-    /// When there can be no file.
+    /// When the folder or the file cannot be made.
     pub fn prepare(&self) -> Result<(), Error> {
         let unwritable = |error: Error| match error {
             Error::Io { source, .. } => Error::Output {
@@ -228,14 +231,15 @@ impl MapPicture {
         if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             make_folder(folder).map_err(unwritable)?;
         }
-        // A file that is begun and dropped shows that one can be written here.
+        // Begin a file and drop it, to see that files can be written here.
         PartFile::create(self.path.clone()).map(drop).map_err(unwritable)
     }
 
-    /// Writes a sheet, what it says of itself, and its world file. `watch` counts the rows of pixels that are drawn.
+    /// Writes a sheet with its metadata, and the sidecar files of a picture. `watch` counts the rows of pixels that are
+    /// drawn.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When a file cannot be written.
     pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts, watch: &Watch) -> Result<(), Error> {
         self.prepare()?;
         match self.kind {
@@ -275,7 +279,8 @@ impl MapPicture {
             file.write_all(&bytes).map_err(Error::io(&self.path))?;
         }
         let world_file = self.world_file().expect("pictures of pixels have one");
-        // An old one would place the new picture wrongly, were this the end.
+        // Remove old sidecar files first: they would place the new picture wrongly if the program ended before it wrote
+        // new ones.
         let auxiliary = self.auxiliary();
         remove(&world_file)?;
         remove(&auxiliary)?;
@@ -287,7 +292,7 @@ impl MapPicture {
         write_whole(auxiliary, text.as_bytes()).map(drop)
     }
 
-    /// The file that says to GDAL where the picture lies and on which plane.
+    /// Returns the path of the `.aux.xml`, which tells GDAL the picture's place and coordinate system.
     fn auxiliary(&self) -> PathBuf {
         let mut name = self.path.clone().into_os_string();
         name.push(".aux.xml");
@@ -308,7 +313,7 @@ impl MapPicture {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Fast);
-        // To try all filters on each row takes a fifth of the time that a map takes.
+        // Trying all filters on each row would take a fifth of the time of a map.
         encoder.set_filter(png::Filter::Up);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let dots = (scale.pixels_per_mm * 1000.0).round() as u32;
@@ -321,7 +326,7 @@ impl MapPicture {
         let mut stream = writer.stream_writer().map_err(refuse)?;
         sheet.strips(|strip| {
             count(strip, area, watch);
-            // A strip of a wide map takes long to pack.
+            // A strip of a wide map takes long to compress.
             strip.chunks(PACKED_AT_ONCE).try_for_each(|part| {
                 stop::check();
                 stream.write_all(part).map_err(Error::io(&self.path))
@@ -336,7 +341,7 @@ fn count(strip: &[u8], page: Area, watch: &Watch) {
     watch.add((strip.len() / (3 * page.width())) as u64);
 }
 
-/// Where a map lies.
+/// Returns the place of a map in the world.
 fn place(page: Area, scale: Scale) -> Georeference {
     let spacing_m = scale.metres_per_pixel;
     let [east, south] = [page.x0, page.y0].map(|at| (at as f64 + 0.5) * spacing_m);

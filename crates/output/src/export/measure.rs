@@ -9,7 +9,8 @@ use crate::tile::Tile;
 use crate::watch::Watch;
 use crate::world::World;
 
-/// Whole metres that all heights of a region lie between. Every tile is made for it, on the threads of the current rayon pool.
+/// Returns the range of a region's heights, in whole metres. Makes every tile to measure it, on the threads of the
+/// current rayon pool.
 ///
 /// # Errors
 /// When all work was [told to stop](stop::request).
@@ -30,6 +31,6 @@ pub fn measured_range_m(world: &World, region: &Region, watch: &Watch) -> Result
         let nothing = || [f32::INFINITY, f32::NEG_INFINITY];
         Ok((0..region.tiles()).into_par_iter().map(of_tile).reduce(nothing, both))
     })?;
-    // A flat region has steps too.
+    // A flat region needs a range too: make it at least one metre.
     Ok([min_m.floor(), max_m.ceil().max(min_m.floor() + 1.0)])
 }

@@ -28,6 +28,7 @@ impl Plan<'_> {
     /// # Errors
     /// When a file cannot be written, when existing files are not what this program makes, or when all work was [told
     /// to stop](stop::request). The earlier contents of the folder are then unchanged, and the bake can be resumed.
+    /// When a format cannot hold its contents; then the unfinished bake is discarded.
     pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
         if output.mode() == Mode::Repair
             && let Some(old) = output.old()
@@ -117,8 +118,8 @@ impl Plan<'_> {
     }
 
     /// Takes over the tiles of a bake that is extended, with their files renamed to the tiles' places in the larger
-    /// region. If the exports have only files of single tiles, no tile is made twice. Files that were changed since are
-    /// made again.
+    /// region. Does nothing unless all exports leave only files of single tiles; then no tile is made twice, but for
+    /// those whose files were changed since.
     fn adopt(&self, output: &Output, journal: &Journal, sinks: usize, changed: &BTreeSet<String>) -> Result<(), Error> {
         let Some(old) = output.old().filter(|_| output.mode() == Mode::Extend && journal.is_empty()) else {
             return Ok(());
