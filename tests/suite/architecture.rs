@@ -85,14 +85,16 @@ fn imports_are_found_in_braces_and_beside_test_modules() {
 }
 
 /// The most blocks of documentation, in a hundred, that may open with a word that names nothing. It may only fall.
-const MOST_NAMELESS: f64 = 9.0;
+const MOST_NAMELESS: f64 = 3.0;
 
 #[test]
 fn documentation_opens_with_the_thing() {
     const NAMELESS: [&str; 10] = ["What", "How", "Whether", "That", "Where", "Which", "Those", "Of", "Its", "Such"];
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    ["crates/engine/src", "crates/output/src", "src"].iter().for_each(|src| sources(&root.join(src), &mut files));
+    for src in ["crates/engine/src", "crates/output/src", "src"] {
+        sources(&root.join(src), &mut files);
+    }
     let (mut blocks, mut nameless) = (0, Vec::new());
     for path in files {
         let text = fs::read_to_string(&path).unwrap();
