@@ -35,8 +35,8 @@ const IS_LONG: bool = true;
 
 /// Bakes of which it is measured what they take: preset, size, and exports one after the other; none are all.
 const BAKES: &[(&str, &str, &[&str])] = &[
-    ("thesis", "16x16", &[]),
-    ("archipelago", "16x16", &[]),
+    ("thesis", "8x8", &[]),
+    ("archipelago", "8x8", &[]),
     ("hills", "24x4", &["height,exr,map-tiles"]),
     ("alps", "1x1", &["hashes"]),
     ("plains", "12x12", &["height,geojson"]),
