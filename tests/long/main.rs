@@ -36,7 +36,29 @@ const IS_LONG: bool = true;
 /// Bakes of which it is measured what they take: preset, size, and exports one after the other; none are all.
 const BAKES: &[(&str, &str, &[&str])] = &[
     ("thesis", "8x8", &[]),
-    ("archipelago", "8x8", &[]),
+    // The exports whose files or work depend on rivers, roads or a sea: each takes a plan of roads twice.
+    (
+        "archipelago",
+        "8x8",
+        &[
+            "exr",
+            "map",
+            "water",
+            "depth-tiles",
+            "flow-geotiff",
+            "accumulation",
+            "scatter-tiles",
+            "instances",
+            "splines",
+            "vector",
+            "geojson",
+            "gltf",
+            "gltf-region",
+            "obj",
+            "collision",
+            "web",
+        ],
+    ),
     ("hills", "24x4", &["height,exr,map-tiles"]),
     ("alps", "1x1", &["hashes"]),
     ("plains", "12x12", &["height,geojson"]),
