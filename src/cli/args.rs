@@ -1,4 +1,4 @@
-//! The command line, from which help, completions and the man page come too.
+//! The command line. The help, the completions and the man page are made from it.
 
 use std::ffi::OsStr;
 use std::io;
@@ -38,31 +38,34 @@ pub(super) enum Command {
     Bake(BakeArguments),
     /// Bake one tile alone: the same bytes as in any region.
     Tile(TileArguments),
-    /// Put the shards of a bake together: the folder has the bytes that it has where one machine bakes all of it.
+    /// Merge the shards of a bake. The result has the same bytes as if one machine had baked all of it.
     Merge(MergeArguments),
-    /// Print a job that bakes in shards on many machines, for a program that runs jobs: each shard as often as it takes, and then
-    /// the merge.
+    /// Print a job that bakes in shards on many machines, for a job scheduler: each shard, which may be repeated as
+    /// often as needed, and then the merge.
     ShardPlan(ShardPlanArguments),
     /// Draw a map of a part of a world: relief, contours, waters, roads, places and names, at any scale.
     Map(MapArguments),
     /// Draw an atlas: sheets side by side with an index and a gazetteer of all names, as pictures and as one document.
     Atlas(AtlasArguments),
-    /// Find the nearest lakes, peaks, rivers and places that are as you want them, each with the command that bakes it.
+    /// Find the nearest lakes, peaks, rivers and places with the properties you want, each with the command that bakes
+    /// it.
     Find(FindArguments),
-    /// Look around in an endless world: a page in your browser, drawn while you look, at any scale and in any style. It finds
-    /// places, shows them in three dimensions, changes the preset, and bakes what you mark.
+    /// Look around in an endless world, on a page in your browser that is drawn as you look, at any scale and in any
+    /// style. The page finds places, shows them in three dimensions, changes the preset, and bakes what you mark.
     #[cfg(feature = "explore")]
     Explore(ExploreArguments),
-    /// Walk through endless terrain as the thesis has it, and bake each tile as the walker comes to it: its rivers and roads go on
-    /// from tile to tile, and depend on the way.
+    /// Walk through endless terrain as in the thesis, and bake each tile as the walker comes to it. Rivers and roads
+    /// continue from tile to tile, and depend on the way.
     Walk(WalkArguments),
-    /// List the tile registry of a bake: where rivers and roads start, hashes, files; also of one that is under way or was cut off.
+    /// List the tile registry of a bake: where rivers and roads start, hashes and files. Works on a bake that is under
+    /// way or was cut off, too.
     Registry(RegistryArguments),
-    /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles against the same baked again.
+    /// Check a bake: every file against its hash, the edges of tiles, the registry, and some tiles by baking them
+    /// again.
     Verify(VerifyArguments),
-    /// Bake the tiles that a larger region of a bake needs. The old tiles' files stay as they are; files of the region are made anew.
+    /// Extend a bake to a larger region. The old tiles' files stay as they are; files of the region are made anew.
     Extend(ExtendArguments),
-    /// Say what lies in the folder of a bake: world, place, heights, files, runs, and what is missing.
+    /// Describe the folder of a bake: world, place, heights, files, runs, and what is missing.
     Info {
         /// Folder of the bake.
         folder: PathBuf,
@@ -70,8 +73,8 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Bake again what is wrong with a bake, so that each of its files has the bytes that it was baked with. What is there instead gets
-    /// another name, for somebody may have changed it.
+    /// Repair a bake: bake damaged and missing files again, with their original bytes. A damaged file is renamed and
+    /// kept, for somebody may have changed it.
     Repair {
         /// Folder of the bake.
         folder: PathBuf,
@@ -82,7 +85,7 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Remove what a bake has left in a folder, and nothing else.
+    /// Remove the files of a bake from a folder, and nothing else.
     Clean {
         /// Folder of the bake.
         folder: PathBuf,
@@ -93,13 +96,14 @@ pub(super) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// List what can compute land: the CPU and all GPUs, with their limits, and whether they give the same bits.
+    /// List the devices that can compute land: the CPU and all GPUs, with their limits, and whether they give the same
+    /// bits.
     Devices {
         /// Print one JSON object a line.
         #[arg(long)]
         json: bool,
     },
-    /// Time the terrain as it expands before a walking camera, beside the thesis' figures.
+    /// Time how the terrain expands before a walking camera, and compare with the thesis' figures.
     Experiment(ExperimentArguments),
     /// List the built-in presets, or print one to start from.
     Presets {
@@ -151,8 +155,8 @@ pub(super) struct BakeArguments {
     pub preset: String,
     #[command(flatten)]
     pub place: PlaceArguments,
-    /// Bake one shard of the region alone: the third of sixteen rectangles of its tiles for 3/16, each as large as the others. Files of
-    /// tiles are there; those of the region come with terrane merge, when all shards are baked.
+    /// Bake one shard of the region alone: 3/16 is the third of sixteen equal rectangles of its tiles. A shard has
+    /// files of tiles only; terrane merge makes those of the region when all shards are baked.
     #[arg(long, value_name = "I/N", conflicts_with = "add")]
     pub shard: Option<Shard>,
     #[command(flatten)]
@@ -161,16 +165,16 @@ pub(super) struct BakeArguments {
 
 #[derive(Args)]
 pub(super) struct MergeArguments {
-    /// Folders of the shards, in any order. Some may have the same tiles, if these are the same bytes.
+    /// Folders of the shards, in any order. Shards may share tiles if the bytes are the same.
     #[arg(required = true, value_name = "DIR")]
     pub shards: Vec<PathBuf>,
     /// Folder for the bake [default: in out/, named after preset, seed, place and size].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the bake that is in the folder. It stays whole until the new one is.
+    /// Replace the bake in the folder. The old bake stays whole until the new one is complete.
     #[arg(long, help_heading = "Folder")]
     pub overwrite: bool,
-    /// Go on with this merge where it was cut off; where it is whole, make again what is damaged of it.
+    /// Resume this merge where it was cut off; if it is complete, make damaged files again.
     #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
     pub resume: bool,
     #[command(flatten)]
@@ -182,18 +186,18 @@ pub(super) struct ShardPlanArguments {
     /// A preset file, or the name of a built-in preset (terrane presets).
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// The program that runs the job: slurm, kubernetes, or commands: a line a shard for any other, such as GNU parallel, and last the
-    /// merge.
+    /// The program that runs the job: slurm, kubernetes, or commands for any other, such as GNU parallel: one line per
+    /// shard, and last the merge.
     #[arg(long, value_name = "NAME", help_heading = "Job")]
     pub engine: Engine,
-    /// How many shards [default: as many as each take about --minutes].
+    /// Number of shards [default: as many as each take about --minutes].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Job")]
     pub shards: Option<u64>,
-    /// Minutes that a shard is to take on this machine's cores, or as many as --threads says.
+    /// Minutes that a shard shall take on this machine's cores, or on as many threads as --threads says.
     #[arg(long, value_name = "N", default_value_t = 60.0, value_parser = parse_minutes, help_heading = "Job")]
     #[arg(conflicts_with = "shards")]
     pub minutes: f64,
-    /// Kubernetes: the image that has terrane.
+    /// Kubernetes: the container image that contains terrane.
     #[arg(long, value_name = "NAME", default_value = "terrane", help_heading = "Job")]
     pub image: String,
     /// Kubernetes: the claim of a volume that all pods can write to.
@@ -208,9 +212,9 @@ pub(super) struct ShardPlanArguments {
 /// A program that runs jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Engine {
-    /// Slurm: an array of jobs, and one that depends on it.
+    /// Slurm: an array of jobs, and a merge job that depends on it.
     Slurm,
-    /// Kubernetes: an indexed job, and one that waits until it is let go.
+    /// Kubernetes: an indexed job, and a suspended merge job that you release when the shards are done.
     Kubernetes,
     /// Plain commands, a line each.
     Commands,
@@ -218,26 +222,26 @@ pub(super) enum Engine {
 
 #[derive(Args)]
 pub(super) struct WalkArguments {
-    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input: one of noise, with [rivers] and
-    /// [roads].
+    /// A preset file, the name of a built-in preset (terrane presets), or - for standard input. The preset must be one
+    /// of noise, with [rivers] and [roads].
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// Where the walker goes, straight from place to place: a text file with a place a line, metres east and north of the origin
-    /// with a comma between.
+    /// The walker's way, straight from place to place: a text file with one place per line, metres east and north of
+    /// the origin with a comma between.
     #[arg(long, value_name = "FILE", help_heading = "Way")]
     #[arg(conflicts_with_all = ["minutes", "speed", "at"])]
     pub path: Option<PathBuf>,
-    /// Minutes that it goes as the camera of the thesis' experiment, which turns to the right each minute.
+    /// Minutes that the walker goes like the camera of the thesis' experiment, which turns to the right each minute.
     #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true, help_heading = "Way")]
     pub minutes: f64,
-    /// Metres a second that the camera goes.
+    /// Speed of the camera in metres per second.
     #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true, help_heading = "Way")]
     pub speed: f64,
     /// Tile in whose middle the camera starts; may be negative.
     #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
     #[arg(help_heading = "Way")]
     pub at: TileId,
-    /// Layers of tiles around the walker's own, which are made as it comes near.
+    /// Layers of tiles around the walker's own tile, made as the walker comes near.
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Way")]
     pub layers: u32,
     /// Seed of the world [default: the preset's].
@@ -249,12 +253,13 @@ pub(super) struct WalkArguments {
     /// Cells a tile side, 16 to 4096 [default: the preset's].
     #[arg(long, value_name = "N")]
     pub tile_cells: Option<u32>,
-    /// What to write, with commas between: files of tiles, vectors, hashes, and of the region around them all what can be empty
-    /// where no tile is.
+    /// The exports to write, with commas between: files of tiles, vectors, hashes, and those files of the region around
+    /// all tiles that may be empty where there is no tile.
     #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
     #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
     pub export: String,
-    /// What files of tiles are named after: the number of the tile in the world, or its place in the region around them all.
+    /// Name files of tiles after the number of the tile in the world, or after its place in the region around all
+    /// tiles.
     #[arg(long, value_name = "region|world", default_value = "world")]
     pub names: TileNames,
     #[command(flatten)]
@@ -262,10 +267,10 @@ pub(super) struct WalkArguments {
     /// Folder for the walk [default: in out/, named after preset, seed and way].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the walk, or the bake, that is in the folder. It stays whole until the new one is.
+    /// Replace the walk or bake in the folder. The old one stays whole until the new one is complete.
     #[arg(long, help_heading = "Folder")]
     pub overwrite: bool,
-    /// Go on with this walk where it was cut off: what was written is not written again.
+    /// Resume this walk where it was cut off; files that were written are not written again.
     #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
     pub resume: bool,
     #[command(flatten)]
@@ -282,7 +287,7 @@ pub(super) struct ExtendArguments {
     pub manner: Manner,
 }
 
-/// Which part of a world.
+/// A part of a world.
 #[derive(Args, Clone)]
 pub(super) struct PlaceArguments {
     /// North-western tile of the region; may be negative [default: 0,0].
@@ -291,41 +296,42 @@ pub(super) struct PlaceArguments {
     /// Size of the region in tiles [default: 8x8].
     #[arg(long, value_name = "COLSxROWS", value_parser = parse_size)]
     pub size: Option<(u64, u64)>,
-    /// The region in kilometres east and north of the origin: of a bake all tiles that it touches.
+    /// The region in kilometres east and north of the origin. A bake takes all tiles that the region touches.
     #[arg(long, value_name = "W,S,E,N", allow_hyphen_values = true, value_parser = parse_numbers::<4>)]
     #[arg(conflicts_with_all = ["at", "size", "around"])]
     pub bounds: Option<[f64; 4]>,
-    /// The middle of the region in kilometres east and north of the origin, or the name of something (a settlement within 300 km of
-    /// the origin, or a lake, river or peak within 30 km), and how wide and high it is.
+    /// The middle of the region in kilometres east and north of the origin, or the name of something (a settlement
+    /// within 300 km of the origin, or a lake, river or peak within 30 km), and the region's width and height in
+    /// kilometres.
     #[arg(long, value_name = "X,Y,KM|NAME[,KM]", allow_hyphen_values = true, value_parser = parse_around)]
     #[arg(conflicts_with_all = ["at", "size"])]
     pub around: Option<Around>,
 }
 
-/// An origin of meshes that is asked for.
+/// The origin of meshes that the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum AskedOrigin {
     /// The middle of the region.
     Middle,
-    /// Metres east and north of the world's.
+    /// Metres east and north of the world's origin.
     Metres([f64; 2]),
 }
 
-/// A range of heights that is asked for.
+/// The range of heights that the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum AskedRange {
-    /// That of the region.
+    /// The range of the region.
     Auto,
-    /// Metres of the least and of the greatest height.
+    /// Lowest and highest height in metres.
     Metres([f32; 2]),
 }
 
-/// What a region is around, and how wide and high that is in kilometres.
+/// The middle of a region, with the region's width and height in kilometres.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Around {
-    /// Kilometres east and north of the origin.
+    /// Kilometres east and north of the origin, and the width and height.
     Place([f64; 2], f64),
-    /// Something with a name; by default as wide as that is.
+    /// The name of something, and the width and height; by default the region is as wide as the named thing.
     Named(String, Option<f64>),
 }
 
@@ -349,8 +355,8 @@ pub(super) struct CommonArguments {
     /// Seed of the world [default: the preset's].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Set a key of the preset, such as sea_level_m=40 or noise[0].height_m=300; the value is as in TOML. May be repeated. Another
-    /// spacing_m moves rivers, lakes and towns and gives them other names.
+    /// Set a key of the preset, such as sea_level_m=40 or noise[0].height_m=300; the value is as in TOML. May be
+    /// repeated. Setting another spacing_m moves rivers, lakes and towns and changes their names.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Folder for the bake [default: in out/, named after preset, seed, place and size].
@@ -359,19 +365,19 @@ pub(super) struct CommonArguments {
     /// Cells a tile side, 16 to 4096 [default: the preset's].
     #[arg(long, value_name = "N")]
     pub tile_cells: Option<u32>,
-    /// What to write, with commas between [default: height,blend,normal,map, or what the profile needs].
+    /// The exports to write, with commas between [default: height,blend,normal,map, or what the profile needs].
     #[arg(long, value_name = "LIST", long_help = export_help())]
     #[arg(value_parser = Named(export_names), hide_possible_values = true)]
     pub export: Option<String>,
-    /// The program that the files are for: sizes, names and formats as it takes them, and IMPORT.md.
+    /// The program that the files are for: sets sizes, names and formats as the program needs them, and adds IMPORT.md.
     #[arg(long, value_name = "NAME", long_help = profile_help())]
     #[arg(value_parser = Named(profile_names), hide_possible_values = true)]
     pub profile: Option<String>,
-    /// Levels of detail of meshes, such as 0..3: 0 has every vertex, each further one twice the error [default: 0, or the
-    /// profile's].
+    /// Levels of detail of meshes, such as 0..3: level 0 has every vertex, each further level twice the error of the
+    /// one before [default: 0, or the profile's].
     #[arg(long, value_name = "LODS", help_heading = "Meshes", allow_hyphen_values = true)]
     pub lod: Option<Lods>,
-    /// Metres that LOD 1 may be off at any vertex [default: a quarter of the spacing].
+    /// Largest error of LOD 1 at any vertex, in metres [default: a quarter of the spacing].
     #[arg(long, value_name = "METRES", help_heading = "Meshes", allow_negative_numbers = true)]
     pub mesh_error: Option<f64>,
     /// Write the numbers of glTF in 8 and 16 bits (KHR_mesh_quantization).
@@ -380,33 +386,36 @@ pub(super) struct CommonArguments {
     /// Compress the numbers of glTF (EXT_meshopt_compression; Blender cannot read it).
     #[arg(long, help_heading = "Meshes")]
     pub meshopt: bool,
-    /// Give coarser levels all vertices of the finest on the edges of tiles: tiles of different levels meet without a crack.
+    /// Keep all vertices of the finest level on the edges of tiles, so that tiles of different levels meet without a
+    /// crack.
     #[arg(long, help_heading = "Meshes")]
     pub even_borders: bool,
-    /// The origin of all meshes, and of the positions in a profile's IMPORT.md: middle for that of the region, or metres east and
-    /// north in the world [default: that of the world, or far away a place nearer by; the same for regions that lie together].
+    /// The origin of all meshes, and of the positions in a profile's IMPORT.md: middle for the middle of the region, or
+    /// metres east and north in the world [default: the world's origin, or far away from it a nearer place, which
+    /// neighbouring regions share].
     #[arg(long, value_name = "middle|X,Y", help_heading = "Meshes", allow_hyphen_values = true, value_parser = parse_origin)]
     pub mesh_origin: Option<AskedOrigin>,
-    /// Metres of the value 0 and of 65535 in 16-bit heights, such as 0,1200, or auto: those of the region. Bakes of other ranges do not
-    /// fit together [default: the range of the world, which is the same everywhere].
+    /// Heights in metres of the values 0 and 65535 in 16-bit heights, such as 0,1200, or auto: the range of the region.
+    /// Bakes with different ranges do not fit together [default: the range of the world, which is the same everywhere].
     #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
     pub height_range: Option<AskedRange>,
     #[command(flatten)]
     pub vectors: VectorArguments,
-    /// What files of tiles are named after: the place of the tile in the region, or its number in the world, the same in every region.
+    /// Name files of tiles after the place of the tile in the region, or after its number in the world, which is the
+    /// same in every region.
     #[arg(long, value_name = "region|world", default_value = "region")]
     pub names: TileNames,
-    /// How large a map the same land makes: 1/2, 1/4 to 1/4096 have every second vertex each way, every fourth and so on, of land
-    /// as it looks from so far.
+    /// The scale of the bake: 1/2, 1/4 to 1/4096 keep every second, every fourth vertex and so on in each direction, of
+    /// land as it looks from that far.
     #[arg(long, value_name = "1/N", default_value = "1", value_parser = parse_scale)]
     pub scale: Stride,
-    /// Refuse to bake unless this program makes the worlds of that version.
+    /// Refuse to bake unless this program makes the worlds of the given version.
     #[arg(long, value_name = "VERSION")]
     pub generator: Option<String>,
-    /// Replace the bake that is in the folder. It stays whole until the new one is.
+    /// Replace the bake in the folder. The old bake stays whole until the new one is complete.
     #[arg(long, help_heading = "Folder")]
     pub overwrite: bool,
-    /// Go on with this bake where it was cut off; where it is whole, bake again what is damaged of it.
+    /// Resume this bake where it was cut off; if it is complete, bake damaged files again.
     #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
     pub resume: bool,
     /// Add the exports to the bake of the same world and region that is in the folder; its files stay as they are.
@@ -416,54 +425,55 @@ pub(super) struct CommonArguments {
     pub manner: Manner,
 }
 
-/// How vectors are written.
+/// Options for writing vectors.
 #[derive(Args)]
 pub(super) struct VectorArguments {
-    /// Cut features off at the edge of the region; without it they are whole and reach beyond it.
+    /// Clip features at the edge of the region; by default they are whole and reach beyond it.
     #[arg(long, help_heading = "GIS")]
     pub clip: bool,
     /// Metres between two contours [default: by the spacing and the heights of the world].
     #[arg(long, value_name = "METRES", help_heading = "GIS", allow_negative_numbers = true)]
     pub contours: Option<f64>,
-    /// Write longitudes and latitudes to GeoJSON: those at which web maps (EPSG:3857) have the metres, so the world's origin lies at
-    /// 0, 0.
+    /// Write longitudes and latitudes to GeoJSON. They are the inverse of web mercator (EPSG:3857), with the world's
+    /// metres as its metres, so the world's origin lies at 0, 0.
     #[arg(long, help_heading = "GIS")]
     pub degrees: bool,
 }
 
 impl VectorArguments {
-    /// How vectors are written.
+    /// Returns the options for writing vectors.
     pub fn options(&self) -> VectorOptions {
         let VectorArguments { clip, degrees, contours } = self;
         VectorOptions { clipped: *clip, degrees: *degrees, contours_m: *contours }
     }
 
-    /// The options that were given, by name.
+    /// Returns the names of the options that were given.
     pub fn given(&self) -> Vec<&'static str> {
         let VectorArguments { clip, degrees, contours } = self;
         given(&[(*clip, "--clip"), (*degrees, "--degrees"), (contours.is_some(), "--contours")])
     }
 }
 
-/// The names of options of which it is known whether they were given.
+/// Returns the names of the options that were given.
 fn given(all: &[(bool, &'static str)]) -> Vec<&'static str> {
     all.iter().filter_map(|(given, name)| given.then_some(*name)).collect()
 }
 
-/// What makes land.
+/// The device that makes land.
 #[derive(Args)]
 pub(super) struct DeviceArguments {
-    /// What makes land and tiles: auto (a GPU where one is there that gives the same bits), cpu or gpu; the bytes are the same.
+    /// The device that makes land and tiles: auto (a GPU if there is one that gives the same bits), cpu or gpu; the
+    /// bytes are the same.
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     #[arg(value_parser = Named(device_names), hide_possible_values = true)]
     pub device: String,
-    /// Threads to a side of a GPU's groups: 8, 16 or 32.
+    /// Threads along one side of a GPU's workgroups: 8, 16 or 32.
     #[arg(long, value_name = "N", default_value = "8", value_parser = parse_group_side)]
     pub workgroup: u32,
 }
 
 impl DeviceArguments {
-    /// What makes the land and the tiles of a world; why it is not a GPU is said.
+    /// Returns the maker of a world's land and tiles. Prints a warning if a reason is given why no GPU is used.
     pub fn maker(&self, world: &World, console: &Console) -> Result<Arc<dyn LandMaker>, Error> {
         let device: Device = self.device.parse()?;
         let (maker, reason) = device.maker(world, self.workgroup)?;
@@ -481,7 +491,7 @@ fn device_names() -> Vec<&'static str> {
     Device::ALL.map(Device::name).to_vec()
 }
 
-/// How a bake goes.
+/// Options for how a bake runs.
 #[derive(Args)]
 pub(super) struct Manner {
     #[command(flatten)]
@@ -490,13 +500,13 @@ pub(super) struct Manner {
     pub device: DeviceArguments,
 }
 
-/// How a bake goes, whatever makes its land.
+/// Options for how a bake runs, on any device.
 #[derive(Args)]
 pub(super) struct Course {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    /// Say what would be written, and what it would take, and write nothing.
+    /// Print what would be written and what it would cost, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
     /// Print one JSON object a line instead of text.
@@ -505,7 +515,7 @@ pub(super) struct Course {
     /// Print nothing but errors.
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Say where the time went.
+    /// Print where the time went.
     #[arg(short, long)]
     pub verbose: bool,
     /// Show no progress.
@@ -513,26 +523,28 @@ pub(super) struct Course {
     pub no_progress: bool,
 }
 
-/// How maps are drawn.
+/// Options for drawing maps.
 #[derive(Args)]
 pub(super) struct StyleArguments {
     /// The style: a built-in one (terrane styles), or a file.
     #[arg(long, value_name = "NAME|FILE", default_value = "topographic")]
     #[arg(value_parser = Named(style_names), hide_possible_values = true)]
     pub style: String,
-    /// Set a key of the style, such as relief.sun_deg=300 or contours.interval_m=50; the value is as in TOML. May be repeated.
+    /// Set a key of the style, such as relief.sun_deg=300 or contours.interval_m=50; the value is as in TOML. May be
+    /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub style_set: Vec<String>,
-    /// Pixels to an inch of paper: how large lines and letters are.
+    /// Pixels per inch of paper; sets how large lines and letters are.
     #[arg(long, value_name = "N", default_value_t = 200.0, value_parser = parse_dpi, help_heading = "Scale")]
     pub dpi: f64,
-    /// What stands around a map, with commas between: title, frame, grid, scale, north, legend, recipe, or all, or none.
+    /// The furniture around a map, with commas between: title, frame, grid, scale, north, legend, recipe, or all, or
+    /// none.
     #[arg(long, value_name = "LIST", default_value = "all", help_heading = "Sheet")]
     pub furniture: String,
     /// The title [default: the preset's name].
     #[arg(long, value_name = "TEXT", help_heading = "Sheet")]
     pub title: Option<String>,
-    /// Cells with numbers over a map, so many kilometres from side to side.
+    /// Numbered cells over a map, with their width in kilometres.
     #[arg(long, value_name = "squares:KM|hexes:KM", value_parser = parse_overlay, help_heading = "Sheet")]
     pub overlay: Option<Overlay>,
     /// Seed of the world [default: the preset's].
@@ -547,7 +559,7 @@ pub(super) struct StyleArguments {
     /// Replace files that are there.
     #[arg(long)]
     pub overwrite: bool,
-    /// Say what memory it would take, and write nothing.
+    /// Print how much memory it would take, and write nothing.
     #[arg(long)]
     pub dry_run: bool,
     /// Print one JSON object a line instead of text.
@@ -557,12 +569,13 @@ pub(super) struct StyleArguments {
 
 #[derive(Args)]
 pub(super) struct MapArguments {
-    /// A preset file, the name of a built-in preset (terrane presets), - for standard input, or the folder of a bake, whose
-    /// world and region are drawn.
+    /// A preset file, the name of a built-in preset (terrane presets), - for standard input, or the folder of a bake,
+    /// whose world and region are drawn.
     #[arg(value_name = "PRESET|DIR", value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// The file to write: .png or .webp, with a world file beside it by which GIS places it, or .pdf or .svg, with lines as lines
-    /// in layers with names [default: in out/, named after preset, seed, place, size, scale and style, .png].
+    /// The file to write: .png or .webp, with a world file beside it that places the map in a GIS, or .pdf or .svg,
+    /// with vector lines in named layers [default: in out/, named after preset, seed, place, size, scale and style,
+    /// .png].
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -575,11 +588,11 @@ pub(super) struct MapArguments {
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=1_000_000), help_heading = "Scale")]
     #[arg(conflicts_with = "metres_per_pixel")]
     pub width: Option<u32>,
-    /// Metres that a pixel shows.
+    /// Metres per pixel.
     #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Scale")]
     pub metres_per_pixel: Option<f64>,
-    /// How the letters of a .pdf or .svg are written: as text with its letters' fonts in the file, which can be searched and
-    /// changed; or as outlines, which look the same in every program [default: text in .pdf; outlines in .svg, whose fonts only
+    /// Letters in a .pdf or .svg: as text with its fonts in the file, which can be searched and changed; or as
+    /// outlines, which look the same in every program [default: text in .pdf; outlines in .svg, whose fonts only
     /// browsers use].
     #[arg(long, value_name = "HOW", value_parser = parse_lettering, help_heading = "Sheet")]
     pub text: Option<Lettering>,
@@ -597,7 +610,7 @@ pub(super) struct AtlasArguments {
     /// The folder to write to [default: in out/, named after preset, seed, place, sheets, scale and style].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What to write: png for a picture a sheet, pdf for a document of all.
+    /// The formats to write: png for one picture per sheet, pdf for one document of all sheets.
     #[arg(long, value_name = "LIST", default_value = "png,pdf", value_delimiter = ',')]
     pub format: Vec<AtlasFormat>,
     /// Sheets from west to east and from north to south.
@@ -615,19 +628,19 @@ pub(super) struct AtlasArguments {
     /// Stand the paper upright.
     #[arg(long, help_heading = "Sheet")]
     pub portrait: bool,
-    /// Millimetres that neighbouring sheets have in common.
+    /// Overlap of neighbouring sheets in millimetres.
     #[arg(long, value_name = "MM", default_value_t = 10.0, value_parser = parse_overlap, help_heading = "Sheet")]
     pub overlap: f64,
     #[command(flatten)]
     pub style: StyleArguments,
 }
 
-/// How an atlas is written.
+/// A file format of an atlas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum AtlasFormat {
-    /// A picture a sheet.
+    /// One picture per sheet.
     Png,
-    /// A document of all sheets, with links.
+    /// One document of all sheets, with links.
     Pdf,
 }
 
@@ -652,7 +665,7 @@ pub(super) struct RegistryArguments {
     pub json: bool,
 }
 
-/// What starts on a tile.
+/// A thing that starts on a tile.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Started {
     /// A river.
@@ -665,19 +678,19 @@ pub(super) enum Started {
 pub(super) struct VerifyArguments {
     /// Folder of the bake.
     pub folder: PathBuf,
-    /// How many of its tiles are baked again and compared, in percent; one at least.
+    /// Share of the tiles to bake again and compare, in percent; at least one tile.
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = parse_percent)]
     pub sample: f64,
     /// Bake all of its tiles again.
     #[arg(long, conflicts_with = "sample")]
     pub all: bool,
-    /// Look at the files alone, and bake no tile again.
+    /// Check only the files, and bake no tile again.
     #[arg(long, conflicts_with_all = ["sample", "all"])]
     pub files: bool,
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    /// Print one JSON object a line: each fault, and what was looked at.
+    /// Print one JSON object a line: each fault, and a summary of what was checked.
     #[arg(long)]
     pub json: bool,
 }
@@ -687,20 +700,20 @@ pub(super) struct FindArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// What to find: lake, peak, river, place, hamlet, village or town; on river, on lake or on sea; >, >=, <, <= or = a number of m2,
-    /// ha, km2, m, km, m3/s or people.
+    /// Queries: lake, peak, river, place, hamlet, village or town; on river, on lake or on sea; >, >=, <, <= or = a
+    /// number of m2, ha, km2, m, km, m3/s or people.
     #[arg(required = true, value_name = "QUERY")]
     #[arg(
         long_help = "What to find, each as one argument: a thing, perhaps what it is on, and any number of bounds.\n\n  thing   lake, peak, river, place (any settlement), hamlet, village or town; or many: lakes\n  on      on river, on lake or on sea\n  bound   >, >=, <, <= or = and a number with its unit; = is as nearly as the number says\n  units   of lakes m2, ha, km2 (area), m, km (height); of peaks m, km; of rivers m, km (length), m3/s;\n          of settlements people, m, km (height); without a unit km2, m, km and people\n\n  \"lake > 2 km2\", \"lakes > 20000 m2 < 40 ha\", \"peak >= 3500 m\", \"river > 50 m3/s\", \"river > 30 km\",\n  \"town on river\", \"village on lake > 300 people\", \"hamlets on sea\", \"place\""
     )]
     pub queries: Vec<String>,
-    /// Where to look for it first, in kilometres east and north of the origin.
+    /// The place to search from, in kilometres east and north of the origin.
     #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_numbers::<2>)]
     pub near: [f64; 2],
-    /// How far from there, in kilometres.
+    /// Search radius around that place, in kilometres.
     #[arg(long, value_name = "KM", default_value = "200km", allow_hyphen_values = true, value_parser = parse_kilometres)]
     pub radius: f64,
-    /// How many of each.
+    /// Largest number of results per query.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub limit: u32,
     /// Seed of the world [default: the preset's].
@@ -712,7 +725,7 @@ pub(super) struct FindArguments {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    /// Say what memory it would take, and find nothing.
+    /// Print how much memory it would take, and find nothing.
     #[arg(long)]
     pub dry_run: bool,
     /// Print one JSON object a line instead of tables.
@@ -726,7 +739,7 @@ pub(super) struct ExploreArguments {
     /// A preset file, which may be edited while the page is open, or the name of a built-in preset (terrane presets).
     #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
     pub preset: String,
-    /// What the page begins with.
+    /// The part of the world that the page shows first.
     #[command(flatten)]
     pub place: PlaceArguments,
     /// Seed of the world [default: the preset's].
@@ -735,20 +748,21 @@ pub(super) struct ExploreArguments {
     /// Set a key of the preset, as for bake. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// The port of the page's address on this machine; 0 is any that is free. Other machines do not reach it.
+    /// The port of the page's address on this machine; 0 takes any free one. Other machines cannot reach it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
     /// Open the page in the browser.
     #[arg(long)]
     pub open: bool,
-    /// The folder for what was drawn, so that it is there at once the next time [default: the user's folder for such things].
+    /// The cache folder for what was drawn, so that it is there at once the next time [default: in the user's cache
+    /// folder].
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
-    /// How much it takes, such as 500MB or 4GB; 0 keeps nothing.
+    /// Size limit of the cache folder, such as 500MB or 4GB; 0 keeps nothing.
     #[arg(long, value_name = "SIZE", default_value = "1GB", value_parser = parse_bytes)]
     pub cache_limit: u64,
-    /// How much memory what is known of all worlds that are looked at takes, such as 500MB or 4GB: with less, what has been looked at
-    /// is made again sooner. What is drawn just now takes some 300 MB beside it.
+    /// Memory limit for the data of all worlds that are looked at, such as 500MB or 4GB: with a lower limit, data must
+    /// be made again sooner. The drawing in progress takes some 300 MB more.
     #[arg(long, value_name = "SIZE", default_value = "500MB", value_parser = parse_bytes)]
     pub memory_limit: u64,
     /// Threads to use [default: one a core].
@@ -770,25 +784,26 @@ pub(super) struct ExperimentArguments {
     /// Minutes that the camera walks, in its own time; it turns each minute.
     #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true)]
     pub minutes: f64,
-    /// Metres a second that the camera goes; enough for a hundred expansions of 512-metre tiles in five minutes.
+    /// Speed of the camera in metres per second; the default is enough for a hundred expansions of 512-metre tiles in
+    /// five minutes.
     #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true)]
     pub speed: f64,
-    /// What makes the land of tiles: cpu, gpu, or both side by side.
+    /// The device that makes the land of tiles: cpu, gpu, or both side by side.
     #[arg(long, value_name = "LIST", default_value = "cpu", value_delimiter = ',')]
     pub device: Vec<String>,
-    /// Threads to a side of a GPU's groups, 8, 16 or 32, with commas between.
+    /// Threads along one side of a GPU's workgroups, 8, 16 or 32, with commas between.
     #[arg(long, value_name = "LIST", default_value = "8", value_delimiter = ',', value_parser = parse_group_side)]
     pub workgroup: Vec<u32>,
     /// Layers of tiles around the camera's own, 1 to 16, with commas between: 1 are the eight neighbours of the thesis.
     #[arg(long, value_name = "LIST", default_value = "1", value_delimiter = ',')]
     pub layers: Vec<u32>,
-    /// How many tiles a step makes: all that are missing, as in the thesis, or one, the nearest; or both.
+    /// Tiles that a step makes: all that are missing, as in the thesis, or one, the nearest; or both.
     #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',')]
     pub step: Vec<StepSize>,
-    /// Whether to measure the thesis' plain method too, for the speed-up.
+    /// Measure the thesis' plain method too, for the speed-up.
     #[arg(long, value_name = "ON|OFF", default_value = "on")]
     pub baseline: Switch,
-    /// Threads to use, or several numbers side by side, such as 1,all; all are one a core. The baseline has one.
+    /// Threads to use, or several numbers to compare, such as 1,all; all means one a core. The baseline has one.
     #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',', value_parser = parse_threads)]
     pub threads: Vec<usize>,
     /// Folder for the report [default: out/experiment].
@@ -802,12 +817,12 @@ pub(super) struct ExperimentArguments {
     pub json: bool,
 }
 
-/// How many tiles a step of the experiment makes.
+/// The tiles that a step of the experiment makes.
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum StepSize {
-    /// All that are missing.
+    /// All missing tiles.
     All,
-    /// The nearest of them.
+    /// The nearest missing tile.
     One,
 }
 
@@ -824,7 +839,7 @@ impl Switch {
 }
 
 impl Command {
-    /// Whether messages are to be JSON.
+    /// True if messages shall be JSON.
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => {
@@ -852,7 +867,7 @@ impl Command {
     }
 }
 
-/// A number of threads.
+/// Reads a number of threads; `all` is one per core.
 fn parse_threads(text: &str) -> Result<usize, String> {
     let number = match text.trim() {
         "all" => Some(thread_count(None)),
@@ -861,14 +876,14 @@ fn parse_threads(text: &str) -> Result<usize, String> {
     number.ok_or_else(|| format!("expected 1 to 4096, or all, found {text:?}"))
 }
 
-/// A number of percent, with or without its sign, as a share.
+/// Reads a percentage, with or without the % sign, as a share of 1.
 fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.trim().trim_end_matches('%').trim_end().parse::<f64>();
     let share = number.ok().map(|percent| percent / 100.0).filter(|share| *share > 0.0 && *share <= 1.0);
     share.ok_or_else(|| format!("expected more than 0 and at most 100 percent, such as 5 or 5%; found {text:?}"))
 }
 
-/// Takes any text, of which the known names are offered by completions: what else it may be is said where it is read.
+/// Takes any text; completions offer the known names. Other texts are checked where the option is read.
 #[derive(Clone)]
 struct Named(fn() -> Vec<&'static str>);
 
@@ -897,7 +912,7 @@ fn export_names() -> Vec<&'static str> {
     Export::all().map(Export::name).collect()
 }
 
-/// The names of the exports that show walks.
+/// Returns the names of the exports that walks can write.
 fn walk_export_names() -> Vec<&'static str> {
     Export::of_walks().map(Export::name).collect()
 }
@@ -936,7 +951,7 @@ fn parse_tile(text: &str) -> Result<TileId, String> {
     Ok(TileId { x: number(x)?, y: number(y)? })
 }
 
-/// So many numbers with commas between.
+/// Reads exactly `N` numbers with commas between.
 pub(super) fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
@@ -977,7 +992,7 @@ fn parse_around(text: &str) -> Result<Around, String> {
     }
 }
 
-/// Kilometres east and north, or a name.
+/// Reads a place in kilometres east and north, or a name.
 fn parse_middle(text: &str) -> Result<Around, String> {
     match text.split(',').next().is_some_and(|part| part.trim().parse::<f64>().is_ok()) {
         true => parse_numbers::<2>(text).map(|middle| Around::Place(middle, 0.0)),
@@ -997,7 +1012,7 @@ fn parse_overlay(text: &str) -> Result<Overlay, String> {
     Ok(Overlay { form, side_m: 1000.0 * parse_kilometres(km)? })
 }
 
-/// Paper in millimetres, the longer side first but for sizes that are given as numbers.
+/// Reads a paper size in millimetres: the longer side first for named sizes, in the given order for numbers.
 fn parse_paper(text: &str) -> Result<[f64; 2], String> {
     let known = match text.trim().to_lowercase().as_str() {
         "a0" => [1189.0, 841.0],
@@ -1031,7 +1046,7 @@ fn parse_overlap(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Kilometres above 0, with their unit or without.
+/// Reads kilometres above 0, with or without the unit.
 fn parse_kilometres(text: &str) -> Result<f64, String> {
     let number = text.trim();
     match number.strip_suffix("km").unwrap_or(number).trim_end().parse::<f64>() {
@@ -1040,7 +1055,7 @@ fn parse_kilometres(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Bytes, in powers of ten.
+/// Reads a number of bytes, with units in powers of ten.
 #[cfg(feature = "explore")]
 fn parse_bytes(text: &str) -> Result<u64, String> {
     let units = [("kB", 1e3), ("KB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12), ("B", 1.0), ("", 1.0)];
@@ -1065,7 +1080,7 @@ fn parse_scale(text: &str) -> Result<Stride, String> {
     stride.ok_or_else(|| "expected 1, or 1/2, 1/4, 1/8 and so on to 1/4096".to_owned())
 }
 
-/// The second number of a scale on paper.
+/// Reads a scale on paper such as 1:50000, and returns its denominator.
 fn parse_map_scale(text: &str) -> Result<f64, String> {
     let number = text.trim().strip_prefix("1:").unwrap_or_default().replace(['_', ' '], "");
     match number.parse::<f64>() {
@@ -1106,7 +1121,7 @@ fn parse_size(text: &str) -> Result<(u64, u64), String> {
     Ok((number(cols)?, number(rows)?))
 }
 
-/// A tile is a region of one.
+/// Baking one tile is baking a region of one tile.
 impl From<TileArguments> for BakeArguments {
     fn from(TileArguments { preset, x, y, common }: TileArguments) -> BakeArguments {
         let place = PlaceArguments { at: Some(TileId { x, y }), size: Some((1, 1)), bounds: None, around: None };
@@ -1114,17 +1129,17 @@ impl From<TileArguments> for BakeArguments {
     }
 }
 
-/// Kilometres from the origin at which the furthest vertices lie.
+/// Distance in kilometres from the origin to the furthest vertices.
 fn most_km(spacing_m: f64) -> f64 {
     MAX_COORDINATE as f64 * spacing_m / 1000.0
 }
 
-/// The vertex at a place in metres east and north of the origin.
+/// Returns the vertex at a place in metres east and north of the origin.
 fn vertex_at([east_m, north_m]: [f64; 2], spacing_m: f64) -> Result<[i64; 2], Error> {
-    // North is against the lattice.
+    // Rows of the lattice count to the south, so north is negative.
     let places = [east_m / spacing_m, 0.0 - north_m / spacing_m];
     let nearest = places.map(f64::round);
-    // What a division of decimals leaves.
+    // Tolerate the rounding error of the division.
     let is_vertex = (0..2).all(|axis| (places[axis] - nearest[axis]).abs() <= 1e-9 * places[axis].abs().max(1.0));
     let is_near = nearest.iter().all(|place| place.abs() <= MAX_COORDINATE as f64);
     if is_vertex && is_near {
@@ -1137,14 +1152,14 @@ fn vertex_at([east_m, north_m]: [f64; 2], spacing_m: f64) -> Result<[i64; 2], Er
     })
 }
 
-/// Kilometres without the last digits that a sum leaves: a nanometre is finer than anything here.
+/// Rounds kilometres to the nanometre, to drop the noise that a sum leaves in the last digits.
 fn without_noise(km: f64) -> f64 {
     const NANOMETRES: f64 = 1e12;
-    // Far from the origin they are no whole numbers any more, and have no such digits.
+    // Far from the origin, doubles hold no such fine digits, and the product would not be an exact whole number.
     if km.abs() < MAX_COORDINATE as f64 / NANOMETRES { (km * NANOMETRES).round() / NANOMETRES } else { km }
 }
 
-/// A preset with what is set in it.
+/// Loads a preset and applies the settings.
 pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Error> {
     let mut sources = match preset {
         "-" => Sources::read("stdin", io::stdin().lock())?,
@@ -1157,12 +1172,12 @@ pub(super) fn sources(preset: &str, settings: &[String]) -> Result<Sources, Erro
 }
 
 impl PlaceArguments {
-    /// Whether any place is asked for.
+    /// True if any place is given.
     pub fn is_given(&self) -> bool {
         self.at.is_some() || self.size.is_some() || self.bounds.is_some() || self.around.is_some()
     }
 
-    /// The same place by numbers alone: a name is looked for in the world of a preset.
+    /// Returns the same place by numbers alone: a name is looked up in the world of a preset.
     ///
     /// # Errors
     /// When nothing has the name.
@@ -1175,7 +1190,7 @@ impl PlaceArguments {
         Ok(located)
     }
 
-    /// The rectangle that is asked for in kilometres, if it is: west, south, east and north.
+    /// Returns the rectangle from --bounds or --around in kilometres, if one is given: west, south, east and north.
     fn bounds_km(&self, spacing_m: f64) -> Result<Option<[f64; 4]>, Error> {
         let around = self.around.as_ref().map(|around| match around {
             Around::Place([x, y], km) => [x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0].map(without_noise),
@@ -1199,7 +1214,8 @@ impl PlaceArguments {
         Ok(bounds)
     }
 
-    /// The region of all tiles of so many cells, of so many metres each, that are asked for or touched.
+    /// Returns the region of all tiles that are asked for or touched, with `tile_cells` cells a side of `spacing_m`
+    /// metres each.
     pub fn region(&self, tile_cells: u32, spacing_m: f64) -> Result<Region, Error> {
         let Some([west, south, east, north]) = self.bounds_km(spacing_m)? else {
             let (cols, rows) = self.size.unwrap_or((8, 8));
@@ -1212,7 +1228,7 @@ impl PlaceArguments {
         Region::new(at, (x1.ceil() - x0.floor()) as u64, (y1.ceil() - y0.floor()) as u64, tile_cells)
     }
 
-    /// What is asked for, in metres east and north of the origin: west, south, east and north.
+    /// Returns the bounds of the place in metres east and north of the origin: west, south, east and north.
     pub fn bounds_m(&self, tile_cells: u32, spacing_m: f64) -> Result<[f64; 4], Error> {
         let km = match self.bounds_km(spacing_m)? {
             Some(bounds) => bounds,
@@ -1223,7 +1239,7 @@ impl PlaceArguments {
 }
 
 impl StyleArguments {
-    /// The style with all that the options set in it.
+    /// Returns the style with the settings of the options applied.
     pub fn style(&self) -> Result<Style, Error> {
         let mut sources: source::Sources<Style> = source::Sources::load(&self.style)?;
         for setting in &self.style_set {
@@ -1234,13 +1250,13 @@ impl StyleArguments {
 }
 
 impl FindArguments {
-    /// The preset with all that the options set in it.
+    /// Returns the preset with the settings of the options applied.
     pub fn sources(&self) -> Result<Sources, Error> {
         sources(&self.preset, &self.set)
     }
 }
 
-/// A preset with what is set in it, and with tiles of so many cells if that is asked for.
+/// Loads a preset and applies the settings, and the cells per tile side if given.
 fn sources_in_tiles(preset: &str, settings: &[String], tile_cells: Option<u32>) -> Result<Sources, Error> {
     let mut sources = sources(preset, settings)?;
     if let Some(cells) = tile_cells {
@@ -1251,12 +1267,12 @@ fn sources_in_tiles(preset: &str, settings: &[String], tile_cells: Option<u32>) 
 }
 
 impl WalkArguments {
-    /// The preset with all that the options set in it.
+    /// Returns the preset with the settings of the options applied.
     pub fn sources(&self) -> Result<Sources, Error> {
         sources_in_tiles(&self.preset, &self.set, self.tile_cells)
     }
 
-    /// What is asked of the walk.
+    /// Returns the tour that the options ask for.
     pub fn tour(&self) -> Result<Tour, Error> {
         let WalkArguments { path, minutes, speed, at, layers, .. } = self;
         let way = match path {
@@ -1268,12 +1284,12 @@ impl WalkArguments {
 }
 
 impl BakeArguments {
-    /// The preset with all that the options set in it.
+    /// Returns the preset with the settings of the options applied.
     pub fn sources(&self) -> Result<Sources, Error> {
         sources_in_tiles(&self.preset, &self.common.set, self.common.tile_cells)
     }
 
-    /// Whether an option says how large the region or its tiles are. That of a scale does, for it is of a given region.
+    /// True if an option sets the size of the region or of its tiles. --scale counts too, as it scales a given region.
     pub fn asks_for_size(&self) -> bool {
         let PlaceArguments { size, bounds, around, .. } = &self.place;
         let CommonArguments { tile_cells, set, scale, .. } = &self.common;
@@ -1282,10 +1298,10 @@ impl BakeArguments {
         in_tiles || bounds.is_some() || around.is_some() || *scale != Stride::ONE
     }
 
-    /// How meshes of a region are made.
+    /// Returns the options for the meshes of a region.
     ///
     /// # Errors
-    /// When their origin is asked for where there is no vertex.
+    /// Fails if no vertex lies at the origin that is asked for.
     pub fn meshes(&self, region: &Region, spacing_m: f64) -> Result<MeshOptions, Error> {
         let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
         // A name that is no profile is reported where the profile is read, not here.
@@ -1306,7 +1322,7 @@ impl BakeArguments {
         })
     }
 
-    /// The options that only some exports read and that were given, by name: of meshes, of vectors, of 16-bit heights.
+    /// Returns the names of the given options that only some exports read: of meshes, of vectors, of 16-bit heights.
     pub fn format_options(&self) -> [Vec<&'static str>; 3] {
         let CommonArguments { lod, mesh_error, quantize, meshopt, even_borders, mesh_origin, .. } = &self.common;
         let CommonArguments { vectors, height_range, .. } = &self.common;
@@ -1326,7 +1342,7 @@ impl BakeArguments {
         match (&self.common.export, &self.common.profile) {
             (Some(list), _) => Export::parse_list(list),
             (None, None) => Export::parse_list(Export::DEFAULT),
-            // A profile brings its own; what else is wanted must be named.
+            // A profile brings its own exports; any others must be named.
             (None, Some(_)) => Ok(Vec::new()),
         }
     }

@@ -20,7 +20,7 @@ use crate::map::scale::Scale;
 use crate::map::sheet::thousands;
 use crate::watch::Watch;
 
-/// Draws what the command line asks for.
+/// Draws the atlas that the command line asks for.
 pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), Error> {
     let asked = &arguments.style;
     let style = asked.style()?;
@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let scale = Scale { metres_per_pixel: arguments.scale / 1000.0 / pixels_per_mm, pixels_per_mm };
     let [long, short] = arguments.paper;
     let paper = if arguments.portrait { [short, long] } else { [long, short] };
-    // More than there can be are refused there, whatever their number.
+    // Numbers beyond u32 are clamped: the atlas refuses such large ones anyway.
     let [columns, rows] =
         [arguments.sheets.0, arguments.sheets.1].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
     let middle_m = [x, y].map(|km| km * 1000.0);

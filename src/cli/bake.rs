@@ -21,7 +21,7 @@ use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
 
-/// Bakes what the command line asks for.
+/// Bakes the region that the command line asks for.
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
     let options = &arguments.common;
     let mode = match options {
@@ -36,14 +36,14 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     })
 }
 
-/// Makes the plan of what the command line asks for, with the folder that it is for, and hands it on.
+/// Makes the plan that the command line asks for, and passes it on with its folder.
 pub(super) fn planned(
     arguments: &BakeArguments,
     console: &Console,
     hand_on: impl FnOnce(Plan<'_>, PathBuf) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let options = &arguments.common;
-    // What is asked for, checked before anything is written.
+    // Check all options before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;
     }
@@ -61,7 +61,7 @@ pub(super) fn planned(
         console.warnings(&world.warnings());
     }
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
-    // What is there, if something comes to it.
+    // With --add, the manifest of the bake that the files are added to.
     let old = match &options.out {
         Some(out) if options.add => Some(Manifest::read(out)?),
         _ => None,
@@ -69,7 +69,7 @@ pub(super) fn planned(
     if let (None, Some(known)) = (profile, old.as_ref().and_then(|old| old.profile.as_ref())) {
         profile = Some(known.parse()?);
     }
-    // Who has not asked for a size gets one that the profile takes.
+    // If no size is asked for, take one that suits the profile.
     if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
         && let Some((fitted, named)) = profile.fitted(&world, &region)?
     {
@@ -93,12 +93,12 @@ pub(super) fn planned(
         let mut all = old.known_exports()?;
         all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
         exports = all;
-        // As it was asked for then, where nothing is said now.
+        // Options that are not given are taken from the old bake.
         names = old.tile_names;
         if old.reads("--lod") && of_meshes.is_empty() {
             meshes = old.meshes.clone();
         }
-        // All files of a folder have one origin, whichever of them reads it.
+        // All files of a folder share one mesh origin, whichever export reads it.
         if options.mesh_origin.is_none() {
             meshes.origin = old.meshes.origin;
         }
@@ -124,8 +124,8 @@ pub(super) fn planned(
     hand_on(plan, out)
 }
 
-/// The heights of a region as they are: as a bake that was begun in the folder has measured them, or as they are measured now. A dry
-/// run measures nothing.
+/// Returns the range of heights of a region in metres: as recorded by a bake that was begun in the folder, otherwise
+/// measured here. A dry run measures nothing.
 fn auto_range_m(
     world: &World,
     region: &Region,
@@ -151,7 +151,7 @@ fn auto_range_m(
     Ok(Some(range_m))
 }
 
-/// Bakes the tiles that a larger region of a bake needs.
+/// Extends a bake to a larger region: bakes the tiles that are missing.
 pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(), Error> {
     let ExtendArguments { folder, place, manner } = arguments;
     let manifest = Manifest::read(folder)?;
@@ -170,7 +170,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
         }
         (false, at, size) => {
             let at = at.unwrap_or(old.at());
-            // By default up to where the old one ends.
+            // The default size reaches to the old region's far edges.
             let until = |old: i64, count: u64, at: i64| (old + count as i64).saturating_sub(at).max(1) as u64;
             let rest = (until(old.at().x, old.cols(), at.x), until(old.at().y, old.rows(), at.y));
             let (cols, rows) = size.unwrap_or(rest);
@@ -187,7 +187,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
     carry_out(&plan, Mode::Extend, folder, &manner.course, console)
 }
 
-/// Says which region a profile gets in the place of the default one.
+/// Prints which region a profile gets instead of the default one.
 fn say_fitted(
     console: &Console,
     profile: Profile,
@@ -215,7 +215,7 @@ fn say_fitted(
     console.message(object, &text)
 }
 
-/// The folder of a bake for which none is given: another one for each seed, place and shard.
+/// Returns the default folder of a bake: a different one for each seed, place and shard.
 pub(super) fn default_folder(name: &str, world: &World, region: &Region, shard: Option<Shard>) -> PathBuf {
     let TileId { x, y } = region.at();
     let (seed, cols, rows) = (world.seed(), region.cols(), region.rows());
@@ -225,19 +225,19 @@ pub(super) fn default_folder(name: &str, world: &World, region: &Region, shard: 
     Path::new("out").join(format!("{name}-seed{seed}-x{x}-y{y}-{cols}x{rows}{scale}{shard}"))
 }
 
-/// The plan with what is asked to make its land.
+/// Returns the plan with the maker of land that the options ask for.
 pub(super) fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console) -> Result<Plan<'a>, Error> {
     let maker = options.device.maker(plan.world(), console)?;
     Ok(plan.with_maker(maker))
 }
 
-/// A sentence about what went wrong with a maker of land, if anything did.
+/// Returns a sentence about the trouble of a maker of land, if it had any.
 pub(super) fn trouble(maker: &dyn LandMaker) -> Vec<String> {
     let sentence = |trouble| format!("the CPU has made what was left of the land: {trouble}");
     maker.trouble().map(sentence).into_iter().collect()
 }
 
-/// Bakes a plan into a folder, or says what it would take.
+/// Bakes a plan into a folder, or prints its costs for a dry run.
 pub(super) fn carry_out(
     plan: &Plan<'_>,
     mode: Mode,
@@ -249,7 +249,7 @@ pub(super) fn carry_out(
     let threads = thread_count(options.threads);
     let pool = thread_pool(threads)?;
     let mut cost = plan.cost(threads);
-    // Kept until the plan is printed: a dry run says what it would take even where it may not.
+    // Keep a refusal until the plan is printed: a dry run prints the costs even of a bake that is refused.
     let hint = "give fewer --threads, a narrower --size or fewer exports";
     let short = |cost: &Cost| Limit::check("the bake", cost.memory_bytes(), hint);
     let refused = Output::check(out, mode, plan, &cost);
@@ -257,7 +257,7 @@ pub(super) fn carry_out(
     let may_lack_room = || refused.is_ok() && (cost.may_fill(plan, out) || short(&cost).is_err());
     if (options.dry_run && !options.quiet) || may_lack_room() {
         if !options.no_progress && !options.quiet && world.relief().fluvial().is_some() {
-            // When nobody listens there is nobody to tell.
+            // A closed standard error is ignored: there is nowhere else to report it.
             _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
         }
         cost = pool.install(|| plan.forecast(cost))?;
@@ -284,14 +284,14 @@ pub(super) fn carry_out(
         })
     });
     let manifest = baked.inspect_err(|_| {
-        // What no format can hold is not kept.
+        // Without a work folder nothing is kept, for example if no format can hold the output.
         if output.can_resume() && !options.quiet {
             let goes_on = match mode {
                 Mode::New | Mode::Resume => "the same command with --resume",
                 Mode::Replace => "the same command with --resume in the place of --overwrite",
                 Mode::Add | Mode::Extend | Mode::Repair => "the same command",
             };
-            // When nobody listens there is nobody to tell.
+            // A closed standard error is ignored: there is nowhere else to report it.
             _ = writeln!(io::stderr(), "{}: what was made is kept: {goes_on} goes on with it", out.display());
         }
     })?;
@@ -304,7 +304,7 @@ pub(super) fn carry_out(
     if options.quiet {
         return Ok(());
     }
-    // What there is now.
+    // The summary of the finished bake.
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     let rate = plan.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({
@@ -336,10 +336,10 @@ pub(super) fn carry_out(
     console.message(object, &text)
 }
 
-/// How wide and high a region is.
+/// Formats the width and height of a region in kilometres.
 fn kilometres(region: &Region, spacing_m: f64) -> String {
     let [west, south, east, north] = region.bounds_km(spacing_m);
-    // Not more digits than a difference has.
+    // Round to millimetres: the subtraction leaves noise in the last digits.
     let km = |from: f64, to: f64| ((to - from) * 1e6).round() / 1e6;
     format!("{} x {} km", km(west, east), km(south, north))
 }

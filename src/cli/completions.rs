@@ -5,9 +5,10 @@ use clap_complete::Shell;
 
 use crate::cli::args::{Arguments, preset_names};
 
-/// The script of a shell that completes the command's options and the names that they take.
+/// Returns a shell's script that completes the command's options and the names that they take.
 ///
-/// A preset is one of the names or a file. Bash falls back to files by itself; in the scripts of zsh and fish it is added.
+/// A preset is a built-in name or a file. Bash completes both by itself; in zsh the files are added here, in fish the
+/// names.
 pub(super) fn script(shell: Shell) -> String {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "terrane", &mut script);
@@ -18,7 +19,7 @@ pub(super) fn script(shell: Shell) -> String {
             let both = format!(
                 "#compdef terrane\n\n_terrane_preset() {{\n    _alternative 'presets:preset:({names})' 'files:file:_files'\n}}\n"
             );
-            // Only where a file will do: `presets` prints what is built in.
+            // Only for arguments that take a file: `presets` prints only built-in presets.
             let lines = script.lines().map(|line| match line.starts_with("':preset -- ") {
                 true => line.replace(&format!(":({names})'"), ":_terrane_preset'"),
                 false => line.to_owned(),

@@ -1,4 +1,4 @@
-//! What the command says: text or JSON lines on standard output, errors and progress on standard error.
+//! Output of the command: text or JSON lines on standard output, errors and progress on standard error.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ impl Console {
         Console { json }
     }
 
-    /// Whether messages are JSON objects, one a line.
+    /// True if messages are JSON objects, one a line.
     pub fn is_json(&self) -> bool {
         self.json
     }
@@ -28,7 +28,7 @@ impl Console {
         Console::bytes(text.as_bytes())
     }
 
-    /// Prints bytes. A reader that has seen enough and has closed the pipe is no error.
+    /// Prints bytes. It is no error if the reader has closed the pipe.
     pub fn bytes(bytes: &[u8]) -> Result<(), Error> {
         let mut stdout = io::stdout().lock();
         match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
@@ -39,12 +39,13 @@ impl Console {
         }
     }
 
-    /// Prints a message: the JSON object, or else the text.
+    /// Prints a message: as the JSON object with `--json`, otherwise as the text.
     pub fn message(&self, object: Value, text: &str) -> Result<(), Error> {
         if self.json { Console::text(&format!("{object}\n")) } else { Console::text(text) }
     }
 
-    /// Refuses work that may take more memory than there is, and prints for a dry run what it may take; whether it is to be done.
+    /// Refuses work that may take more memory than there is. A dry run prints the memory that the work may take.
+    /// Returns true if the work is to be done: it is no dry run.
     pub fn may_begin(&self, what: &str, memory_bytes: u64, hint: &str, dry_run: bool) -> Result<bool, Error> {
         if dry_run {
             let object = json!({ "type": "plan", "memory_bytes": memory_bytes });
@@ -54,10 +55,10 @@ impl Console {
         Ok(!dry_run)
     }
 
-    /// Prints what is allowed and probably not meant.
+    /// Prints warnings about input that is allowed but probably not meant.
     pub fn warnings(&self, sentences: &[String]) {
         for sentence in sentences {
-            // When nobody listens there is nobody to tell.
+            // A closed standard error is ignored: there is nowhere else to report it.
             _ = writeln!(io::stderr(), "warning: {sentence}");
             if self.json {
                 _ = Console::text(&format!("{}\n", json!({ "type": "warning", "message": sentence })));
@@ -65,10 +66,10 @@ impl Console {
         }
     }
 
-    /// Prints an error, with what would do instead.
+    /// Prints an error, with its hint at a remedy if it has one.
     pub fn error(&self, error: &Error) {
         let hint = error.hint().map_or(String::new(), |hint| format!("\nhint: {hint}"));
-        // When nobody listens there is nobody to tell.
+        // A closed standard error is ignored: there is nowhere else to report it.
         _ = writeln!(io::stderr(), "error: {error}{hint}");
         if self.json {
             let object = json!({

@@ -6,7 +6,7 @@ use crate::cli::console::Console;
 use crate::device::Device;
 use crate::error::Error;
 
-/// Lists what land can be made on.
+/// Lists the devices that can compute land.
 pub(super) fn run(console: &Console) -> Result<(), Error> {
     let cpu = Device::cpu_name();
     console.message(json!({ "device": "cpu", "name": cpu, "is_exact": true }), &format!("{cpu}\n"))?;

@@ -17,8 +17,8 @@ use crate::stop;
 
 /// Measures what the command line asks for.
 pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(), Error> {
-    // What is asked for, checked before anything is measured.
-    // Those that have fewer threads than the most walk beside the others.
+    // Check all options before anything is measured.
+    // `None` stands for the largest number of threads; smaller numbers are measured side by side with it.
     let threads = arguments.threads.iter().copied().max().unwrap_or(1);
     let fewer = |count: usize| (count < threads).then_some(count);
     let mut options = Options {
@@ -38,12 +38,12 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     options.check()?;
     let out = arguments.out.unwrap_or_else(|| PathBuf::from("out/experiment"));
     let pool = thread_pool(threads)?;
-    // A folder that takes files, since it is too late to look for another when all is measured.
+    // Check that the folder can be written to: after the measurements it is too late to choose another.
     let is_new = !out.exists();
     prepare_folder(&out, arguments.overwrite)?;
     let result = stop::catch(|| measure(&options, threads, &pool, &out, console));
     if result.is_err() && is_new {
-        // Only an empty one can be removed so.
+        // Removes the folder only if it is empty.
         _ = fs::remove_dir(&out);
     }
     result
@@ -56,7 +56,7 @@ fn step(size: StepSize) -> Step {
     }
 }
 
-/// What is named, in its order, what is named twice once.
+/// Returns the items in their order, without repetitions.
 fn each_once<T: PartialEq>(named: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut once = Vec::new();
     for one in named {
@@ -67,7 +67,7 @@ fn each_once<T: PartialEq>(named: impl IntoIterator<Item = T>) -> Vec<T> {
     once
 }
 
-/// What is measured of what the command names.
+/// Returns the engines to measure for the named devices and group sides.
 fn engines(devices: &[String], group_sides: &[u32]) -> Result<Vec<Engine>, Error> {
     let mut engines = Vec::new();
     for name in devices {
@@ -98,18 +98,19 @@ fn measure(
         let start = Instant::now();
         let walk = pool.install(|| experiment::walk(options, size))?;
         let expansions = walk.series.iter().map(|series| series.timings.len()).max().unwrap_or(0);
-        // When nobody listens there is nobody to tell.
+        // A closed standard error is ignored: there is nowhere else to report it.
         _ = writeln!(io::stderr(), "{size}x{size}: {expansions} expansions, {:.1} s", start.elapsed().as_secs_f64());
         walks.push(walk);
     }
-    // What they come to.
+    // The report of all walks.
     let report = Report::new(options, threads, &walks);
     experiment::write_files(out, &report, &walks)?;
     let object = json!({ "type": "done", "out": out.to_string_lossy(), "files": FILES, "report": report });
     console.message(object, &format!("{}\n{}: {}\n", report.to_text(), out.display(), FILES.join(", ")))
 }
 
-/// Makes the folder; refuses one that is none, that takes no files, or that holds an experiment which is to stay.
+/// Makes the folder. Refuses a path that is no folder, a folder that cannot be written to, and one that holds an
+/// experiment if `overwrite` is false.
 fn prepare_folder(out: &Path, overwrite: bool) -> Result<(), Error> {
     let refuse = |message: &str, hint: &str| {
         Err(Error::Output { path: out.to_owned(), message: message.into(), hint: hint.into() })

@@ -13,13 +13,13 @@ use crate::error::Error;
 use crate::explore::{Given, Options, Server};
 use crate::export::Bytes;
 
-/// The folder of what this program keeps, in the user's for such things.
+/// Name of this program's folder in the user's cache folder.
 const CACHE: &str = "terrane";
 
-/// Bytes that must be remembered at least: what a single view is made of.
+/// Smallest memory limit in bytes: the land of a single view.
 const LEAST_REMEMBERED: u64 = 20_000_000;
 
-/// Pixels that a page shows of a part of the world that it is to begin with.
+/// Pixels across which the page shows the place that it begins with.
 const VIEW_PX: f64 = 900.0;
 
 /// Shows a world in a browser until it is interrupted.
@@ -65,13 +65,13 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
         console.warnings(&[format!("no browser could be opened: {error}")]);
     }
     match server.serve() {
-        // That is how it ends.
+        // An interrupt is the normal end of this command.
         Err(Error::Interrupted) => Ok(()),
         served => served,
     }
 }
 
-/// The user's folder for what can be made again, if there is one.
+/// Returns this program's folder in the user's cache folder, if there is one.
 fn default_cache() -> Option<PathBuf> {
     choose_base_strategy().ok().map(|strategy| strategy.cache_dir().join(CACHE))
 }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::export::told_memory_bytes;
 use crate::find::{Finder, Found, Query};
 
-/// Land in which a thread looks for something.
+/// Bytes of the land that one thread searches at a time.
 const PART_BYTES: u64 = 32 << 20;
 
 /// Finds what the command line asks for, and prints it as a table or as JSON lines.
@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
     console.warnings(&preset.warnings(&sources));
     let mut finder = Finder::new(preset, arguments.seed)?;
     let threads = thread_count(arguments.threads);
-    // The world at all its vertices, and the one from afar; a thread has the land of a part of a block.
+    // The world at full detail and the coarse world, and for each thread the land of one part of a block.
     let memory_bytes = told_memory_bytes(threads, threads as u64 * PART_BYTES, 2 * finder.world().memory_bytes(1));
     if !console.may_begin("the search", memory_bytes, "give fewer --threads", arguments.dry_run)? {
         return Ok(());
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
         let found = pool.install(|| finder.find(query, arguments.near, arguments.radius, limit))?;
         if console.is_json() {
             for found in &found {
-                // Millimetres of a place, and all that means something of a value.
+                // Round to 6 decimals: millimetres for places in kilometres, and all significant digits of a value.
                 let exact = |value: f64| (value * 1e6).round() / 1e6;
                 let values =
                     found.values.iter().map(|(measure, value)| (measure.unit().to_owned(), json!(exact(*value))));
@@ -70,13 +70,13 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
     Ok(())
 }
 
-/// A number with as many digits as somebody reads.
+/// Rounds a number for the table: to whole numbers from 100 on, else to hundredths.
 fn rounded(value: f64) -> f64 {
     let step = if value.abs() >= 100.0 { 1.0 } else { 100.0 };
     (value * step).round() / step
 }
 
-/// The command that bakes what was found.
+/// Returns the command that bakes the surroundings of a found feature.
 fn command(arguments: &FindArguments, finder: &Finder, found: &Found) -> String {
     let [x, y] = found.at_km.map(|km| (km * 100.0).round() / 100.0);
     let mut command = format!("terrane bake {}", arguments.preset);

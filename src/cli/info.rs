@@ -11,10 +11,10 @@ use crate::cli::console::Console;
 use crate::error::Error;
 use crate::export::{self, Bytes, Contents, Run, State};
 
-/// Files that are missing and are listed.
+/// Largest number of missing files that are listed.
 const SHOWN: usize = 20;
 
-/// Says what lies in the folder of a bake.
+/// Prints what the folder of a bake holds.
 pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
     export::look(folder)?.iter().try_for_each(|contents| {
         let text = if console.is_json() { String::new() } else { text(contents) };
@@ -96,10 +96,11 @@ fn text(contents: &Contents) -> String {
     text
 }
 
-/// A time as ISO 8601 has it, in UTC.
+/// Formats a Unix time in seconds as ISO 8601, in UTC.
 fn date(unix_s: u64) -> String {
     let (days, second) = ((unix_s / 86_400) as i64, unix_s % 86_400);
-    // Based on: Howard Hinnant, "chrono-compatible low-level date algorithms": years begin in March, so leap days come last.
+    // Based on: Howard Hinnant, "chrono-compatible low-level date algorithms": years begin in March, so leap days come
+    // last.
     let shifted = days + 719_468;
     let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
     let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;

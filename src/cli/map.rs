@@ -22,10 +22,10 @@ use crate::preset::Preset;
 use crate::shell::quoted;
 use crate::watch::Watch;
 
-/// Millimetres of an inch.
+/// Millimetres per inch.
 const INCH_MM: f64 = 25.4;
 
-/// Draws what the command line asks for.
+/// Draws the map that the command line asks for.
 pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Error> {
     let asked = &arguments.style;
     let style = asked.style()?;
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     console.message(object, &text)
 }
 
-/// The file of a map where nobody names one: each place, scale and style of a world has its own.
+/// Returns the default file of a map: a different one for each place, scale and style of a world.
 fn default_file(name: &str, seed: u64, bounds_m: [f64; 4], scale: Scale, style: &str) -> PathBuf {
     let [west, south, east, north] = bounds_m;
     let size = format!("{}x{}km", in_km(east - west), in_km(north - south));
@@ -92,22 +92,22 @@ fn default_file(name: &str, seed: u64, bounds_m: [f64; 4], scale: Scale, style: 
     Path::new("out").join(format!("{}.png", named(name, seed, middle_m, &size, scale, style)))
 }
 
-/// What a map or an atlas is called: world, middle, size, scale and style.
+/// Names a map or an atlas after its world, middle, size, scale and style.
 pub(super) fn named(name: &str, seed: u64, middle_m: [f64; 2], size: &str, scale: Scale, style: &str) -> String {
     let [x, y] = middle_m.map(in_km);
-    // A style of the user's is a file.
+    // A user's own style is a path: take the name of the file.
     let style = Path::new(style).file_stem().unwrap_or_default().to_string_lossy();
     format!("{name}-seed{seed}-x{x}km-y{y}km-{size}-1to{:.0}-{style}", scale.denominator())
 }
 
-/// Metres in kilometres, to the metre.
+/// Formats metres as kilometres, to the metre, without trailing zeros.
 fn in_km(metres: f64) -> String {
     let km = format!("{:.3}", metres / 1000.0);
     let short = km.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.into() }
 }
 
-/// What is drawn: a world, and a part of it in metres.
+/// The subject of a map: a world, and the part of it to draw, in metres.
 struct Subject {
     name: String,
     preset: Preset,
@@ -116,7 +116,7 @@ struct Subject {
 }
 
 impl Subject {
-    /// The world of a preset, or of the bake in a folder, whose region is drawn unless another place is asked for.
+    /// Reads the world of a preset or of the bake in a folder. By default a bake's own region is drawn.
     fn of(arguments: &MapArguments, console: &Console) -> Result<Subject, Error> {
         let (MapArguments { preset: source, place, .. }, asked) = (arguments, &arguments.style);
         if !Path::new(source).is_dir() {
@@ -144,10 +144,10 @@ impl Subject {
     }
 }
 
-/// Letters that are named one by one.
+/// Largest number of missing letters that a warning names one by one.
 const MOST_NAMED: usize = 24;
 
-/// What is said of letters that no font has.
+/// Returns the warning about letters that no font has.
 pub(super) fn lacking(letters: &BTreeSet<char>) -> Vec<String> {
     if letters.is_empty() {
         return Vec::new();
@@ -162,10 +162,10 @@ pub(super) fn lacking(letters: &BTreeSet<char>) -> Vec<String> {
     )]
 }
 
-/// Pixels a side that a map has at most.
+/// Largest width and height of a map in pixels.
 const MOST_PIXELS: i64 = 1_000_000;
 
-/// Letters of a title at most.
+/// Largest number of letters in a title.
 const MOST_TITLE: usize = 500;
 
 fn check_size(area: Area) -> Result<(), Error> {
@@ -189,7 +189,7 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     Scale { metres_per_pixel, pixels_per_mm }
 }
 
-/// The options that draw the same pixels at the same scale again, with no more digits than that takes.
+/// Returns the options that draw the same pixels at the same scale again, with as few digits as that needs.
 fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
     let measure = match (arguments.scale, arguments.metres_per_pixel) {
         (Some(denominator), _) => format!("--scale 1:{denominator}"),
@@ -207,12 +207,12 @@ fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
     format!("--bounds={} {measure}{lettering}", bounds.join(","))
 }
 
-/// Pixels of a millimetre of paper.
+/// Pixels per millimetre of paper.
 pub(super) fn pixels_per_mm(asked: &StyleArguments) -> f64 {
     asked.dpi / INCH_MM
 }
 
-/// What is written around a map.
+/// Returns the captions and furniture around a map.
 pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) -> Result<Captions, Error> {
     let mut furniture = BTreeSet::new();
     for part in asked.furniture.split(',').map(str::trim) {
@@ -242,7 +242,7 @@ pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) 
     Ok(Captions { title, subtitle, recipe, furniture, overlay, neighbours: Default::default() })
 }
 
-/// What a map or an atlas says of itself: how to draw it again.
+/// Returns the texts that a map or an atlas carries about itself: the command that draws it again.
 pub(super) fn texts(
     command: &str,
     source: &str,
@@ -261,7 +261,7 @@ pub(super) fn texts(
         format!(" --overlay {form}:{}", side_m / 1000.0)
     });
     let world = (name.to_owned(), seed);
-    // The world of a bake is that of its seed already.
+    // A bake's folder already fixes the seed.
     let seed = if Path::new(source).is_dir() { String::new() } else { format!(" --seed {seed}") };
     let description = format!(
         "terrane {command} {}{seed}{settings} --style {}{style_settings} {place} --dpi {} --furniture {}{title}{overlay}",

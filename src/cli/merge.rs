@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::export::{Mode, Shards};
 use crate::watch::Watch;
 
-/// Puts shards together.
+/// Merges shards into one bake.
 pub(super) fn run(arguments: &MergeArguments, console: &Console) -> Result<(), Error> {
     let MergeArguments { shards, out, overwrite, resume, course } = arguments;
     let shards = Shards::open(shards)?;
@@ -25,7 +25,7 @@ pub(super) fn run(arguments: &MergeArguments, console: &Console) -> Result<(), E
         _ => Mode::New,
     };
     if !course.dry_run {
-        // All of it before anything is written.
+        // Check all shards before anything is written.
         let (watch, pool) = (Watch::default(), thread_pool(thread_count(course.threads))?);
         thread::scope(|scope| {
             let shown = !course.quiet && !course.no_progress;

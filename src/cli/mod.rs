@@ -42,7 +42,7 @@ use crate::threads::{thread_count, thread_pool};
 
 /// Runs the command that the program was called with.
 ///
-/// The exit code is 0 when it is done, 2 for a mistake of the user's, 130 after an interrupt, else 1.
+/// The exit code is 0 on success, 2 for a mistake of the user's, 130 after an interrupt, otherwise 1.
 pub fn run() -> ExitCode {
     if let Err(error) = check_words(env::args_os()) {
         Console::new(env::args_os().any(|word| word == "--json")).error(&error);
@@ -60,8 +60,8 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Refuses words with control characters. Names, titles and paths come into scripts and files that other programs read, and to
-/// terminals: there a line break would end a comment and begin a command.
+/// Refuses arguments with control characters. Names, titles and paths are written to scripts, to files that other
+/// programs read, and to terminals, where a line break could end a comment and begin a command.
 fn check_words(words: impl Iterator<Item = OsString>) -> Result<(), Error> {
     let mut words = words.map(|word| word.to_string_lossy().into_owned());
     match words.find(|word| word.chars().any(char::is_control)) {
@@ -74,7 +74,7 @@ fn check_words(words: impl Iterator<Item = OsString>) -> Result<(), Error> {
 }
 
 fn run_command(command: Command, console: &Console) -> Result<(), Error> {
-    // A bad variable is the user's mistake and not the first kernel's panic.
+    // Check the environment variable here: a bad value is reported as the user's mistake, not as a panic of a kernel.
     Level::chosen().map_err(|message| Error::Option { message, hint: String::new() })?;
     match command {
         Command::Bake(arguments) => bake::run(&arguments, console),
@@ -124,10 +124,10 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             let mut page = Vec::new();
             let render = |command: clap::Command, page: &mut Vec<u8>| clap_mangen::Man::new(command).render(page);
             let mut command = Arguments::command();
-            // Subcommands get their full names and inherited options only now.
+            // `build` gives subcommands their full names and inherited options.
             command.build();
             render(command.clone(), &mut page).expect("a Vec takes everything");
-            // Its page would list all the others again.
+            // Leave out `help`: its page would list all the other subcommands again.
             for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
                 render(subcommand.clone(), &mut page).expect("a Vec takes everything");
             }

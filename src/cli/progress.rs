@@ -1,4 +1,4 @@
-//! How far a bake, a map or an atlas is: a bar on a terminal, plain lines elsewhere, objects with `--json`.
+//! Progress of a bake, a map or an atlas: a bar on a terminal, plain lines elsewhere, JSON objects with `--json`.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -11,27 +11,27 @@ use serde_json::json;
 use crate::cli::console::Console;
 use crate::watch::{Progress, Watch};
 
-/// Between two lines where there is no bar.
+/// Time between two progress lines, if there is no bar.
 const LINE_INTERVAL: Duration = Duration::from_secs(3);
-/// Between two looks at the count for the bar.
+/// Time between two updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The tiles of a bake, of which more is told than of other things that are counted.
+/// The tiles of a bake. For tiles the report also has the vertices per second.
 #[derive(Clone, Copy)]
 pub(super) struct Tiles {
     pub count: u64,
-    /// Cells of each.
+    /// Cells of each tile.
     pub cells: u64,
 }
 
-/// Reports on long work from a thread of its own until it is dropped.
+/// Reports the progress of long work, from its own thread, until the reporter is dropped.
 pub(super) struct Reporter<'scope> {
     stop: Option<Sender<()>>,
     thread: Option<ScopedJoinHandle<'scope, ()>>,
 }
 
 impl<'scope> Reporter<'scope> {
-    /// Begins to report; `tiles` are those of a bake.
+    /// Begins to report; `tiles` is given for a bake.
     pub fn start<'env>(
         scope: &'scope Scope<'scope, 'env>,
         console: &'env Console,
@@ -49,7 +49,7 @@ impl<'scope> Reporter<'scope> {
                     show(bar, &progress, tiles);
                     continue;
                 }
-                // A line that says nothing new is not worth reading.
+                // Print a line only if the stage or the count has changed.
                 let told = Some((progress.stage, progress.done));
                 if last != told {
                     last = told;
@@ -60,7 +60,7 @@ impl<'scope> Reporter<'scope> {
                 bar.finish_and_clear();
             }
         };
-        // Where no more threads can be started, the work is done all the same.
+        // If the thread cannot be started, the work is done without reports.
         let thread = std::thread::Builder::new().spawn_scoped(scope, report).ok();
         Reporter { stop: Some(stop), thread }
     }
@@ -75,7 +75,7 @@ impl Drop for Reporter<'_> {
     }
 }
 
-/// The bar, where a terminal can show one.
+/// Returns the bar if standard error is a terminal that can show it.
 fn bar(console: &Console) -> Option<ProgressBar> {
     let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
@@ -86,7 +86,7 @@ fn bar(console: &Console) -> Option<ProgressBar> {
 }
 
 fn show(bar: &ProgressBar, progress: &Progress, tiles: Option<Tiles>) {
-    // Without a count there is no length that a bar could have.
+    // A stage without a total has no length that a bar could show.
     let template =
         if progress.of.is_some() { "{wide_bar} {msg}, {elapsed} elapsed" } else { "{msg}, {elapsed} elapsed" };
     bar.set_style(ProgressStyle::with_template(template).expect("the template is well-formed"));
@@ -103,7 +103,7 @@ fn print(console: &Console, progress: &Progress, tiles: Option<Tiles>) {
             "percent": progress.share().map(|share| 100.0 * share), "seconds_left": progress.seconds_left(),
         });
         if let Some(tiles) = tiles {
-            // After the tiles come stages that count something else.
+            // The stages after the tiles count something else: then all tiles are done.
             let done = if counts_tiles(progress) { progress.done } else { tiles.count };
             object["tiles"] = done.into();
             object["of_tiles"] = tiles.count.into();
@@ -115,7 +115,7 @@ fn print(console: &Console, progress: &Progress, tiles: Option<Tiles>) {
     }
 }
 
-/// What there is of what is counted, or what is done where nothing is, or nothing yet.
+/// Describes the progress: "done of total unit", or the name of the stage if it has no total or nothing is done yet.
 fn text(progress: &Progress, tiles: Option<Tiles>) -> String {
     let Some((of, unit)) = progress.of.filter(|_| progress.done > 0) else { return progress.stage.to_owned() };
     let rate = tiles.and_then(|tiles| mvertices_per_second(progress, tiles));
@@ -128,7 +128,7 @@ fn counts_tiles(progress: &Progress) -> bool {
     progress.of.is_some_and(|(_, unit)| unit == "tiles")
 }
 
-/// Millions of vertices that are baked a second, where tiles are.
+/// Millions of vertices baked per second, if the stage counts tiles.
 fn mvertices_per_second(progress: &Progress, tiles: Tiles) -> Option<f64> {
     progress.rate.filter(|_| counts_tiles(progress)).map(|rate| rate * tiles.cells as f64 / 1e6)
 }

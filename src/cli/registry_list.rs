@@ -10,7 +10,7 @@ use crate::export;
 use crate::registry::{FileRow, Registry, Start, TileRow};
 use crate::tile::TilePart;
 
-/// How much text is printed at once: a registry may be longer than memory.
+/// Bytes of text that are gathered before they are printed: a whole registry may be larger than memory.
 const PRINTED_BYTES: usize = 1 << 16;
 
 /// Lists the registry of a folder, as a table or as JSON lines.
@@ -25,7 +25,7 @@ pub(super) fn run(arguments: &RegistryArguments, console: &Console) -> Result<()
     Console::text(&printer.text)
 }
 
-/// Text that is printed a good part at a time.
+/// Buffer of text that is printed part by part.
 #[derive(Default)]
 struct Printer {
     text: String,
@@ -100,7 +100,7 @@ fn table_line(row: &TileRow) -> String {
         Some(Start { node: (x, y), direction }) => format!("{x},{y} {}", direction.map_or("", |it| it.name())),
         None => "-".to_owned(),
     };
-    // As many digits as tell tiles apart.
+    // The first digits of the hash: enough to tell tiles apart.
     let hash = |part| {
         let hash = row.digest.as_ref().and_then(|digest| digest.of(part));
         hash.map_or("-".to_owned(), |hash| hash.to_hex()[..12].to_owned())

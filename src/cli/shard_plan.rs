@@ -14,7 +14,8 @@ use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Plan, Trial};
 
-/// Options of the command that bakes do not know, each with a value, and that of the folder, which each shard has its own of.
+/// Options left out of the shards' commands, each with a value: those that `bake` does not know, and `--out`, as each
+/// shard has its own folder.
 const OWN: [&str; 6] = ["--engine", "--shards", "--minutes", "--image", "--claim", "--out"];
 
 /// Prints a job.
@@ -34,7 +35,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let threads = thread_count(common.manner.course.threads);
     let arguments = BakeArguments { preset, place, shard: None, common };
     planned(&arguments, console, |plan, out| {
-        // One for all: another one would be told other times.
+        // One trial serves all numbers of shards: a second trial would measure other times.
         let trial = thread_pool(threads)?.install(|| plan.trial())?;
         let shards = match shards {
             Some(shards) => shards,
@@ -61,7 +62,8 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     })
 }
 
-/// The fewest shards of which each takes no longer than so many seconds; or one a tile, if even that takes longer.
+/// Returns the smallest number of shards that each take at most `seconds`, or one shard per tile if even a single tile
+/// takes longer.
 fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64) -> Result<u64, Error> {
     let fits = |shards: u64| {
         let shard = plan.clone().with_shard(Shard::new(1, shards).expect("there is a first one"))?;
@@ -75,12 +77,12 @@ fn fitting(plan: &Plan<'_>, trial: &Trial, seconds: f64) -> Result<u64, Error> {
     Ok(least)
 }
 
-/// About how long a shard takes.
+/// Estimates the seconds that a shard takes.
 fn seconds_of(shard: &Plan<'_>, trial: &Trial) -> f64 {
     trial.forecast(shard).time.map_or(0.0, |time| time.as_secs_f64())
 }
 
-/// The words of the command line that a shard is baked with, from `bake` on.
+/// Returns the words of the command line that bakes a shard, from `bake` on.
 fn bake_words() -> Result<Vec<String>, Error> {
     let mut words = vec!["bake".to_owned()];
     let text = |word: OsString| {

@@ -1,4 +1,4 @@
-//! Interrupts and what else asks the command to end: Ctrl-C, SIGTERM and a terminal that closes.
+//! Signals that ask the command to end: Ctrl-C, SIGTERM and a terminal that closes.
 
 use std::io::{self, Write};
 use std::process;
@@ -10,33 +10,34 @@ use std::time::Duration;
 use crate::error::Error;
 use crate::stop;
 
-/// How long the command has to end by itself: what waits for a disk, a pipe or a terminal may never come to see that it should.
+/// Time that the command has to end by itself. A thread that waits for a disk, a pipe or a terminal may never see the
+/// request to stop, so the command is ended after that time.
 const PATIENCE: Duration = Duration::from_millis(1800);
 
-/// Lets the first signal stop the work, and a second one end the command on the spot.
+/// Installs the handlers: the first signal stops the work, a second one ends the command at once.
 pub(super) fn listen() {
-    // A file that may grow no more is an error of whoever writes to it, not the end of the command without a word.
+    // A file over the size limit (SIGXFSZ) shall be an error of the write, not end the command without a message.
     #[cfg(unix)]
     {
         _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     }
-    // Without a handler a signal still ends the program; it only leaves what was half-written.
+    // If the handler cannot be set, a signal still ends the program, but half-written files stay.
     _ = ctrlc::set_handler(|| {
         if stop::is_requested() {
             end();
         }
         stop::request();
-        // If it cannot be started, a second signal still ends the command.
+        // If this thread cannot be started, a second signal still ends the command.
         _ = thread::Builder::new().spawn(|| {
             thread::sleep(PATIENCE);
             end();
         });
-        // When nobody listens there is nobody to tell.
+        // A closed standard error is ignored: there is nowhere else to report it.
         _ = writeln!(io::stderr(), "stopping");
     });
 }
 
-/// Ends the command with what it has half-written where it is, under names by which the next bake removes it.
+/// Ends the command at once. Half-written files stay, under temporary names by which the next bake removes them.
 fn end() {
     process::exit(Error::Interrupted.exit_code().into());
 }

@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::export::{self, Bytes, Cleaned, Rebake, Repaired};
 use crate::watch::Watch;
 
-/// Looks at a bake, and says what is wrong with it.
+/// Checks a bake, and prints its faults.
 pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), Error> {
     let folder = &arguments.folder;
     let rebake = match arguments {
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
     })
 }
 
-/// Mends a bake.
+/// Repairs a bake: bakes its faulty files again.
 pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> Result<(), Error> {
     let pool = thread_pool(thread_count(threads))?;
     let (watch, start) = (Watch::default(), Instant::now());
@@ -85,7 +85,7 @@ pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> 
     console.message(object, &text)
 }
 
-/// Removes a bake from a folder.
+/// Removes the files of a bake from a folder.
 pub(super) fn clean(folder: &Path, dry: bool, console: &Console) -> Result<(), Error> {
     let Cleaned { files, bytes, kept } = export::clean(folder, dry)?;
     let object = json!({

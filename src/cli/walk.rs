@@ -11,10 +11,10 @@ use crate::export::{Export, Mode, Plan};
 use crate::walker::{Tour, Walk, Way};
 use crate::world::World;
 
-/// Walks where the command line asks for, and bakes the tiles that the walker comes to.
+/// Walks the way that the command line asks for, and bakes the tiles that the walker comes to.
 pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Error> {
     let WalkArguments { seed, export, names, vectors, out, overwrite, resume, manner, .. } = arguments;
-    // What is asked for, checked before anything is written.
+    // Check all options before anything is written.
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
     carry_out(&plan, mode, &out, &manner.course, console)
 }
 
-/// The folder of a walk for which none is given: another one for each seed and way.
+/// Returns the default folder of a walk: a different one for each seed and way.
 fn default_folder(name: &str, world: &World, tour: &Tour, path: Option<&Path>) -> PathBuf {
     let way = match &tour.way {
         Way::Camera { at: TileId { x, y }, minutes, .. } => format!("x{x}-y{y}-{minutes}min"),

@@ -1,5 +1,6 @@
-//! Jobs that bake in shards, for the programs that run jobs: two templates, and plain commands for all other programs. Each shard is
-//! baked by the same command, which may be run as often as it takes, and depends on no other.
+//! Jobs that bake in shards, for job schedulers: templates for two of them (Slurm, Kubernetes), and plain commands for
+//! all others. Each shard is baked by the same command, which may be repeated until it succeeds, and shards do not
+//! depend on each other.
 
 use std::fmt::Write;
 
@@ -9,30 +10,30 @@ use crate::shell::quoted;
 
 /// A bake in shards, and the resources that each shard takes.
 pub(super) struct Job {
-    /// The command that bakes all of it, but for the folder, as words.
+    /// Words of the command that bakes the whole region, without the folder.
     pub bake: Vec<String>,
     /// The folder of the bake.
     pub out: String,
     pub shards: u64,
-    /// Resources of a shard: threads, bytes of memory at most, and about how many seconds.
+    /// Resources of a shard: threads, largest number of bytes of memory, and estimated seconds.
     pub threads: usize,
     pub memory_bytes: u64,
     pub seconds: f64,
-    /// Bytes of memory that the merge takes at most.
+    /// Largest number of bytes of memory that the merge takes.
     pub merge_memory_bytes: u64,
-    /// The image of pods, and the claim of the volume that they share.
+    /// Kubernetes: the container image of the pods, and the claim of the volume that they share.
     pub image: String,
     pub claim: String,
 }
 
-/// The most jobs of an array that Slurm takes by default.
+/// Largest size of a job array that Slurm accepts by default.
 const ARRAY: u64 = 1000;
 
-/// The number of times that a shard is begun again if it does not come to its end.
+/// Number of times that a failed shard is started again.
 const RETRIES: u64 = 3;
 
 impl Job {
-    /// The job for a program.
+    /// Returns the text of the job for a scheduler.
     pub fn text(&self, engine: Engine) -> String {
         match engine {
             Engine::Slurm => self.slurm(),
@@ -42,7 +43,7 @@ impl Job {
     }
 
     fn slurm(&self) -> String {
-        // Nodes may be slower than this machine, and others may be at work there.
+        // Ask for more time than estimated: nodes may be slower than this machine, or busy with other jobs.
         let minutes = (3.0 * self.seconds / 60.0).ceil() as u64 + 15;
         let head = self.head("Run it where sbatch is: bash FILE");
         let fields = [
@@ -71,7 +72,7 @@ impl Job {
         self.filled(include_str!("kubernetes.yaml"), &head, &fields)
     }
 
-    /// A command a line: the shards, which any program may run in any order and side by side, and last the merge.
+    /// Returns one command per line: the shards, in any order and in parallel if wished, and last the merge.
     fn commands(&self) -> String {
         let mut text =
             self.head("Any program may run the lines, in any order and side by side, but for the last: the merge.");
@@ -82,7 +83,7 @@ impl Job {
         text + &self.merge() + "\n"
     }
 
-    /// A template with its fields filled in: those given, and those that all templates have.
+    /// Fills in the fields of a template: the given ones, and those that all templates share.
     fn filled(&self, template: &str, head: &str, fields: &[(&str, String)]) -> String {
         let shared = [
             ("head", head.to_owned()),
@@ -92,7 +93,7 @@ impl Job {
             ("memory_mib", self.memory_bytes.div_ceil(1 << 20).to_string()),
             ("merge_memory_mib", self.merge_memory_bytes.div_ceil(1 << 20).to_string()),
         ];
-        // Piece by piece, so that no text of the user's is looked through for fields.
+        // Go through the template piece by piece, so that field names in the user's texts are not replaced.
         let mut text = String::new();
         let mut rest = template;
         while let Some(at) = rest.find('{') {
@@ -107,7 +108,7 @@ impl Job {
         text + rest
     }
 
-    /// Lines that say what the job is, and how it is run.
+    /// Returns the comment lines at the top: what the job does, and how to run it.
     fn head(&self, run: &str) -> String {
         let Job { shards, threads, memory_bytes, seconds, out, .. } = self;
         let minutes = (seconds / 60.0).ceil();
@@ -119,7 +120,7 @@ impl Job {
         )
     }
 
-    /// The command of a shard, with its number as the shell is to see it.
+    /// Returns the command of a shard; `number` is its number as shell text, so it may be a variable.
     fn shard(&self, number: &str) -> String {
         let words: Vec<String> = self.bake.iter().map(|word| quoted(word)).collect();
         let (words, of, folder) = (words.join(" "), self.shards, self.folder(number));
@@ -130,7 +131,7 @@ impl Job {
         format!("terrane merge {} --resume --quiet --out {}", self.folder("*"), quoted(&self.out))
     }
 
-    /// The folder of a shard, likewise.
+    /// Returns the folder of a shard; `number` is shell text here too.
     fn folder(&self, number: &str) -> String {
         format!("{}/{number}of{}", quoted(&self.shards_folder()), self.shards)
     }

@@ -1,4 +1,4 @@
-//! An atlas as files: a picture a sheet, and a document of all.
+//! An atlas as files: one picture per sheet, and one document of all sheets.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use crate::preset::Preset;
 use crate::watch::Watch;
 use crate::world::World;
 
-/// The document in the folder of an atlas, and the picture of its index.
+/// File names in an atlas's folder: the document, and the picture of the index sheet.
 const DOCUMENT: &str = "atlas.pdf";
 const INDEX: &str = "index.png";
 
@@ -32,19 +32,19 @@ pub struct AtlasFiles {
     overwrite: bool,
 }
 
-/// What was written.
+/// The result of writing an atlas.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrittenAtlas {
     /// The files, the index first.
     pub files: Vec<PathBuf>,
-    /// How many names the gazetteer has.
+    /// Number of names in the gazetteer.
     pub names: usize,
-    /// The letters that the fonts lack: a box stands for each.
+    /// The letters that the fonts lack: the atlas shows a box for each.
     pub missing: BTreeSet<char>,
 }
 
 impl AtlasFiles {
-    /// The files of an atlas in a folder.
+    /// Plans the files of an atlas in a folder.
     ///
     /// # Errors
     /// When a file is there already that may not be replaced, or when there is not enough room.
@@ -65,7 +65,8 @@ impl AtlasFiles {
         Ok(files)
     }
 
-    /// The most memory that it takes on so many threads: of the sheets, and of the index, whose land is still remembered.
+    /// Returns the most memory in bytes that writing takes on so many threads: for the sheets, and for the index, whose
+    /// land stays in memory.
     pub fn memory_bytes(&self, world: &World, threads: usize) -> u64 {
         let (index_scale, index) = self.layout.index();
         let sheet = self.layout.map([0, 0]);
@@ -97,7 +98,7 @@ impl AtlasFiles {
         let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files, missing };
         let (scale, map) = layout.index();
         let index = book.path(INDEX);
-        // Made before anything is drawn, so that a folder that takes no file is found out at once.
+        // Prepared before anything is drawn, so that a folder that cannot be written to is an error at once.
         MapPicture::new(&index, (map.width(), map.height()), true)?.prepare()?;
         if self.has_document {
             book.pdf = Some(Pdf::create(book.path(DOCUMENT))?);
@@ -108,7 +109,7 @@ impl AtlasFiles {
         let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
         let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
         let picture = Sheet::picture(&chart, map, &captions.furniture);
-        // All sheets are as large, whatever their legends explain.
+        // All sheets have the same size, whatever their legends explain.
         let page = Sheet::area(map, (style, scale), &captions_of_index);
         let mut sheet = Sheet::on_page(&picture, &captions_of_index, page);
         layout.add_frames(&mut sheet);
@@ -148,12 +149,12 @@ impl AtlasFiles {
     }
 }
 
-/// The edges of an area: west, north, east and south.
+/// Returns the edges of an area: west, north, east and south.
 fn edges(area: Area) -> [f64; 4] {
     [area.x0, area.y0, area.x1, area.y1].map(|at| at as f64)
 }
 
-/// What is written page by page.
+/// An atlas under way, which is written page by page.
 struct Book<'a> {
     atlas: &'a AtlasFiles,
     texts: &'a Texts,
@@ -181,9 +182,9 @@ impl Book<'_> {
         if self.atlas.has_pictures {
             let path = self.path(name);
             let page = sheet.page();
-            // What the gazetteer takes is known only now.
+            // The number of the gazetteer's sheets is not known earlier, so their files are checked here.
             let file = MapPicture::new(&path, (page.width(), page.height()), self.atlas.overwrite)?;
-            // What is counted is whole sheets.
+            // The caller's watch counts whole sheets, so the picture gets its own.
             file.write(sheet, scale, self.texts, &Watch::default())?;
             self.files.push(path);
         }

@@ -1,11 +1,11 @@
-//! Numbers for people to read and to type.
+//! Numbers as text that people read and type.
 
-/// A number with as few decimals as leave it at most `off` from where it was.
+/// Writes a number with the fewest decimals that change it by at most `off`.
 ///
-/// Ranges of heights are proved in 32 bits, and -31.000002 is what became of -31 there.
+/// Ranges of heights are computed in 32 bits, where -31 may become -31.000002.
 pub(crate) fn shortest(number: f64, off: f64) -> String {
     let with = |decimals: usize| format!("{number:.decimals$}");
-    // Of more decimals than these a double has nothing to say.
+    // A double has no more than 17 significant digits.
     let decimals = (0..=17).find(|&decimals| {
         let written: f64 = with(decimals).parse().expect("it was written as a number");
         (written - number).abs() <= off
@@ -14,7 +14,8 @@ pub(crate) fn shortest(number: f64, off: f64) -> String {
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text }
 }
 
-/// Some numbers with as few decimals as leave true what `holds` says of them; with all of their own if none of those do.
+/// Writes numbers with the fewest decimals for which `holds` is true of the written numbers; with all their digits if
+/// there is no such number of decimals.
 pub fn shortest_that<const N: usize>(numbers: [f64; N], holds: impl Fn([f64; N]) -> bool) -> [String; N] {
     let with = |decimals: usize| numbers.map(|number| clean(&format!("{number:.decimals$}")));
     let written = |texts: &[String; N]| {
@@ -24,43 +25,45 @@ pub fn shortest_that<const N: usize>(numbers: [f64; N], holds: impl Fn([f64; N])
     (0..=17).map(with).find(|texts| holds(written(texts))).unwrap_or_else(|| numbers.map(|number| number.to_string()))
 }
 
-/// A decimal without zeros at its end.
+/// Removes the zeros at the end of a decimal.
 fn clean(text: &str) -> String {
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text.to_owned() }
 }
 
-/// A number of three digits that is no less than another one, which is not negative: a bound that may be given again as it is written.
+/// Rounds a number that is not negative up to three digits: an upper bound that users can type again as it is written.
 pub(crate) fn no_less(number: f64) -> String {
     let unit = third_digit(number);
     shortest((number / unit).ceil() * unit, unit / 1000.0)
 }
 
-/// A number of three digits that is no more than another one, which is not negative.
+/// Rounds a number that is not negative down to three digits.
 pub(crate) fn no_more(number: f64) -> String {
     let unit = third_digit(number);
     shortest((number / unit).floor() * unit, unit / 1000.0)
 }
 
-/// The value of a 1 in the third digit of a number that is not negative: 100 for 12,345, and the least of all for 0.
+/// Returns the place value of the third digit of a number that is not negative: 100 for 12,345. For 0 the value is
+/// tiny, since 0 counts as the least positive number.
 fn third_digit(number: f64) -> f64 {
     10_f64.powi(number.max(f64::MIN_POSITIVE).log10().floor() as i32 - 2)
 }
 
-/// The number of the fewest digits that is a float of 32 bits: 0.3 and not 0.30000001192092896.
+/// Converts a float of 32 bits to the number with the fewest digits that stands for it: 0.3 and not
+/// 0.30000001192092896.
 pub(crate) fn of_32_bits(number: f32) -> f64 {
     number.to_string().parse().expect("a number's text is a number")
 }
 
-/// What 32 bits can tell of heights in a range: a 128th of a step of 16 bits.
+/// Returns the precision in metres of 32-bit heights in a range: a 128th of a step of 16 bits.
 pub(crate) fn noise_m(min_m: f64, max_m: f64) -> f64 {
     (max_m - min_m) * f64::from(f32::EPSILON)
 }
 
-/// Appends a number with so many decimals, the last one rounded away from zero where it lies between two; no more than what 63
-/// bits can count of the last.
+/// Appends a number with a fixed number of decimals. Halves are rounded away from zero. The number times 10 to the
+/// power of `decimals` must fit in 63 bits.
 ///
-/// As `{:.3}` does it, and several times as fast: lists of points are made of little else.
+/// Works like `{:.3}`, but several times as fast: lists of points consist mostly of such numbers.
 pub(crate) fn push_decimal(text: &mut String, number: f64, decimals: u32) {
     let whole = 10_u64.pow(decimals);
     let count = (number.abs() * whole as f64 + 0.5) as u64;

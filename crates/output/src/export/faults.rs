@@ -1,4 +1,4 @@
-//! Bakes on disks that fail: at each operation, once and for good, in every way that a disk has.
+//! Tests of bakes on failing disks: at each operation, once or for good, with every kind of fault.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,19 +15,19 @@ use crate::preset::Preset;
 use crate::watch::Watch;
 use crate::world::World;
 
-/// What may happen.
+/// A fault of a disk operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
-    /// What the system says, by its number.
+    /// An error of the operating system, by its number.
     Refused(i32),
     /// A call that is interrupted before it has done anything.
     Interrupted,
-    /// Of what is to be written a part is.
+    /// A short write: only half of the bytes are written.
     Short,
 }
 
-/// No space left, an error of the device, no permission, a file system that is read-only, too many open files; and what is no
-/// failure at all.
+/// No space left, an error of the device, no permission, a read-only file system, too many open files; and interrupted
+/// calls and short writes, which are no failures.
 const FAULTS: [Fault; 7] = [
     Fault::Refused(28),
     Fault::Refused(5),
@@ -38,7 +38,7 @@ const FAULTS: [Fault; 7] = [
     Fault::Short,
 ];
 
-/// What is done on a disk.
+/// The task that runs on a failing disk.
 #[derive(Clone, Copy)]
 enum Kind {
     Bake,
@@ -46,7 +46,7 @@ enum Kind {
     Merge,
 }
 
-/// A disk on which an operation fails, and those after it too if it is for good.
+/// A disk on which operation number `at` fails, and with `for_good` all later operations too.
 struct Failing {
     at: u64,
     fault: Fault,
@@ -63,14 +63,14 @@ impl Failing {
 impl Disk for Failing {
     fn allow(&self, operation: Operation, _path: &Path, bytes: usize) -> io::Result<usize> {
         let number = self.count.fetch_add(1, Ordering::Relaxed);
-        // Whoever writes again after an interrupt must come to an end.
+        // A write is repeated after an interrupt. If all were interrupted, the repeats would never end.
         let for_good = self.for_good && self.fault != Fault::Interrupted;
         if number < self.at || number > self.at && !for_good {
             return Ok(bytes);
         }
         match self.fault {
             Fault::Refused(number) => Err(io::Error::from_raw_os_error(number)),
-            // The standard library itself repeats what is interrupted but for writing.
+            // Only writes are interrupted: the standard library itself repeats all other interrupted calls.
             Fault::Interrupted if operation == Operation::Write && bytes > 0 => Err(io::ErrorKind::Interrupted.into()),
             Fault::Short if bytes > 1 => Ok(bytes / 2),
             Fault::Interrupted | Fault::Short => Ok(bytes),
@@ -95,8 +95,8 @@ fn all_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Bakes, or a shard or a merge, on disks that fail at every `step`th operation, in the ways of `faults` by turns, or in all of them;
-/// returns how many failed and how many did not.
+/// Runs a bake, a shard or a merge on disks that fail at every `step`th operation, with the faults of `FAULTS` in turn,
+/// or with `all` of them. Returns the numbers of runs that failed and that succeeded.
 fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
     let text = "tile_cells = 16\nnoise = [{ kind = \"fbm\", height_m = 60.0, wavelength_m = 300.0, octaves = 3 }]\n\
                 rivers = { density = 0.6, width_m = [1.0, 4.0], bank_m = 3.0 }";
@@ -104,7 +104,7 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
     let region = Region::new(TileId { x: 0, y: 0 }, 3, 3, 16).unwrap();
     let exports = Export::parse_list("height,exr,r16-tiles,map,gltf,obj,hashes,vector,geojson").unwrap();
     let plan = Plan::new(&world, "test", region, exports).unwrap();
-    // On one thread the operations come in one order.
+    // One thread, so that the operations always come in the same order.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let shard = |number| plan.clone().with_shard(Shard::new(number, 2).unwrap()).unwrap();
     let source = tempfile::tempdir().unwrap();
@@ -150,7 +150,7 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
                     let said = error.to_string();
                     assert!(said.contains(&folder.display().to_string()), "{said} names no file: {about}");
                     assert!([1, 2].contains(&error.exit_code()), "{about}");
-                    // What has a manifest is whole.
+                    // A bake with a manifest must be whole.
                     if folder.join(manifest::PATH).exists() {
                         let mut there = all_files(&folder);
                         there.retain(|name, _| !name.starts_with("/.terrane-bake"));

@@ -1,18 +1,20 @@
-//! Where files lie in the world, in the words of GIS.
+//! Georeferences: the position of files in the world, in the terms of GIS.
 //!
-//! All of a world lie on one plane: metres east and north of its origin, which is nowhere on the Earth. GIS calls that an
-//! engineering reference system; what has the same one is laid over each other as it is.
+//! All files of a world lie on one plane: metres east and north of the world's origin, which is nowhere on the Earth.
+//! GIS calls such a plane an engineering coordinate reference system, and overlays files of the same one without a
+//! transformation.
 
-/// The plane of a world.
+/// The plane of a world, as a coordinate reference system.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Plane {
     name: String,
 }
 
 impl Plane {
-    /// The plane of the world of a preset and a seed.
+    /// Names the plane after the world's preset and seed.
     pub fn new(preset_name: &str, seed: u64) -> Plane {
-        // GeoTIFF has names in ASCII, and parts them with a stroke; the name is to be the same in all files.
+        // GeoTIFF names are ASCII and are separated by `|`; the other characters have meanings in WKT or XML. The name
+        // is the same in all files.
         let plain = |letter: char| match letter {
             '|' | '"' | '<' | '>' | '&' => '_',
             ' '..='~' => letter,
@@ -22,12 +24,12 @@ impl Plane {
         Plane { name: format!("terrane {preset_name}, seed {seed}") }
     }
 
-    /// Its name, in ASCII.
+    /// Name of the plane, in ASCII.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its definition in well-known text, version 2 (ISO 19162).
+    /// Returns the plane's definition in well-known text, version 2 (ISO 19162).
     pub fn wkt2(&self) -> String {
         let name = &self.name;
         format!(
@@ -36,7 +38,7 @@ impl Plane {
         )
     }
 
-    /// The same in version 1 (OGC 01-009), for what knows no other.
+    /// Returns the plane's definition in well-known text, version 1 (OGC 01-009), for programs that know no other.
     pub fn wkt1(&self) -> String {
         let name = &self.name;
         format!(
@@ -45,29 +47,30 @@ impl Plane {
     }
 }
 
-/// Where the pixels of a raster lie, rows from north to south.
+/// The position of a raster's pixels in the world; rows go from north to south.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Georeference {
-    /// Metres east and north of the world's origin of the middle of the first pixel.
+    /// Centre of the first pixel: metres east and north of the world's origin.
     pub first_m: [f64; 2],
     /// Metres from pixel to pixel.
     pub spacing_m: f64,
 }
 
 impl Georeference {
-    /// A raster whose pixels are vertices, the first of them so many east and south of the origin.
+    /// Places a raster whose pixels are vertices: the first pixel is vertex `[x, y]`, counted east and south of the
+    /// origin.
     pub fn of_vertices([x, y]: [i64; 2], spacing_m: f64) -> Georeference {
-        // Not the negative, which has a zero of its own.
+        // Not `-y`, which would make 0.0 a -0.0.
         Georeference { first_m: [x as f64 * spacing_m, 0.0 - y as f64 * spacing_m], spacing_m }
     }
 
-    /// The text of a world file: how large pixels are, and where the middle of the first one lies.
+    /// Returns the text of a world file: the size of pixels, and the centre of the first one.
     pub fn world_file(&self) -> String {
         let Georeference { first_m: [east, north], spacing_m } = self;
         format!("{spacing_m}\n0\n0\n-{spacing_m}\n{east}\n{north}\n")
     }
 
-    /// The north-western corner of the first pixel, from which GDAL counts.
+    /// Returns the north-western corner of the first pixel, which is GDAL's reference point.
     pub fn corner_m(&self) -> [f64; 2] {
         let [east, north] = self.first_m;
         [east - self.spacing_m / 2.0, north + self.spacing_m / 2.0]

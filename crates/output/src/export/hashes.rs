@@ -1,4 +1,4 @@
-//! A list of what each tile is, as hashes: the cheapest proof that two bakes agree.
+//! A list of the hashes of each tile: the cheapest proof that two bakes agree.
 
 use std::io::Write;
 use std::path::Path;
@@ -49,7 +49,7 @@ impl Format for Hashes {
     }
 }
 
-/// One line a tile: its number and the hash of each of its parts; the first line names them.
+/// Writes one line per tile: the tile's number and the hash of each of its parts. The first line names the parts.
 pub(crate) struct TileHashes {
     region: Region,
     file: Mutex<Option<PartFile>>,
@@ -78,7 +78,7 @@ impl Sink for TileHashes {
         let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces).filter(|(_, piece)| !piece.is_empty()) {
-            // By its number in the world, so that lists of overlapping regions can be compared line by line.
+            // Tiles have their numbers in the world, so that lists of overlapping regions can be compared line by line.
             let id = self.region.tile(Place { row, col });
             write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;
             file.write_all(piece).and_then(|()| writeln!(file)).map_err(Error::io(file.path()))?;

@@ -1,9 +1,11 @@
-//! Instances as text: what stands on each tile, point by point, for programs that take lists of points and no densities.
+//! Instances as text: the objects on each tile, point by point, for programs that take lists of points and no
+//! densities.
 //!
-//! One CSV a tile with a line of heads. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the meshes
-//! ([`splines`](super::splines) has what engines make of these axes); `east_m` and `north_m` are metres from the world's origin,
-//! the same in every region. `y_m` is the height in both. `yaw_deg` turns anticlockwise seen from above; `scale` is 1 on the
-//! average. How many there are where densities are 255 is [`A_HECTARE`](crate::tile::A_HECTARE).
+//! One CSV file per tile, with a header line. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the
+//! meshes ([`splines`](super::splines) has what engines make of these axes); `east_m` and `north_m` are metres from the
+//! world's origin, the same in every region. `y_m` is the height in both. `yaw_deg` turns anticlockwise seen from
+//! above; `scale` is 1 on the average. [`A_HECTARE`](crate::tile::A_HECTARE) has the number of instances per hectare
+//! where densities are 255.
 
 use std::path::{Path, PathBuf};
 
@@ -18,15 +20,15 @@ use crate::tile::{Grows, Tile, instances, most_instances};
 use crate::watch::Watch;
 use crate::world::World;
 
-/// The folder of the files in that of the bake.
+/// The folder of the files, inside the bake's folder.
 const FOLDER: &str = "instances";
 
 const HEADS: &str = "kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale\n";
 
-/// The most bytes of a line: the longest kind, metres with millimetres of the furthest tiles, and the rest.
+/// Most bytes of a line: the longest kind, metres with three decimals on the furthest tiles, and the rest.
 const LINE_BYTES: u64 = 112;
 
-/// Instances, as a format: a text a tile.
+/// Instances, as a format: one text file per tile.
 pub(crate) struct Instances;
 
 impl Format for Instances {
@@ -50,7 +52,7 @@ impl Format for Instances {
         true
     }
 
-    // No rasters, and yet files that a larger region takes over: its meshes keep their origin.
+    // These files are no rasters, but a larger region keeps them like rasters, since its meshes keep their origin.
     fn rasters_of(&self, region: &Region, place: Place, names: TileNames) -> Vec<String> {
         vec![path(region, place, names)]
     }
@@ -68,7 +70,7 @@ impl Format for Instances {
     }
 }
 
-/// The file of a tile.
+/// Returns the path of a tile's file.
 fn path(region: &Region, place: Place, names: TileNames) -> String {
     let [x, y] = names.numbers(region, place);
     format!("{FOLDER}/instances_x{x}_y{y}.csv")
@@ -99,7 +101,7 @@ impl InstanceSink<'_> {
                 instance.height_m,
                 (corner[1] + south) * spacing_m,
                 (x0 as f64 + east) * spacing_m,
-                // Not the negative, which has a zero of its own.
+                // Not a plain minus sign, which would make 0.0 a -0.0.
                 0.0 - (y0 as f64 + south) * spacing_m,
             ];
             for metres in metres {

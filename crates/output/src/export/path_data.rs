@@ -1,8 +1,8 @@
-//! Paths as SVG writes them.
+//! The text of path data in SVG.
 
 use std::fmt::{self, Display, Formatter, Write};
 
-/// A number with two digits behind the point at most: hundredths of pixels are finer than what any printer shows.
+/// A number that is written with at most two decimals: hundredths of pixels are finer than what any printer shows.
 pub(super) struct Short(pub f64);
 
 impl Display for Short {
@@ -13,13 +13,13 @@ impl Display for Short {
     }
 }
 
-/// The data of a path under way. Points are told from the point before them, which takes fewer digits.
+/// Path data under way. Points are written relative to the point before, which takes fewer digits.
 #[derive(Default)]
 pub(super) struct PathData {
     text: String,
-    /// Where the pen is, in hundredths, so that nothing is lost from point to point.
+    /// Place of the pen in whole hundredths of a pixel, so that rounding errors do not add up from point to point.
     pen: [i64; 2],
-    /// What the last numbers mean, which need not be said again.
+    /// Last command: SVG lets a repeated command be left out.
     command: Option<char>,
 }
 
@@ -48,7 +48,7 @@ impl PathData {
         self.text
     }
 
-    /// Goes to the last of some points, by a command that takes them relative to where the pen is.
+    /// Moves the pen to the last of `points` with a command whose points are written relative to the pen.
     fn curve(&mut self, command: char, points: &[[f64; 2]]) {
         let mut is_first = self.command != Some(command);
         if is_first {
@@ -60,7 +60,7 @@ impl PathData {
         for point in points {
             for (at, pen) in point.into_iter().zip(self.pen) {
                 let step = at - pen;
-                // A sign parts two numbers.
+                // A minus sign separates two numbers, so no space is needed.
                 let space = if is_first || step < 0 { "" } else { " " };
                 is_first = false;
                 write!(self.text, "{space}{}", Short(step as f64 / 100.0)).expect("memory takes everything");
@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(data.finish(), "M1 2.5l2-1.25 0-0.25q1 0 1 1ZM0 0");
         let mut data = PathData::default();
         data.move_to([0.0, 0.0]);
-        // Thirds are rounded at each point, and not once more from point to point.
+        // Each third is rounded by itself, so the errors do not add up.
         (1..=300).for_each(|step| data.line_to([f64::from(step) / 3.0, 0.0]));
         assert_eq!(data.pen, [10_000, 0]);
     }

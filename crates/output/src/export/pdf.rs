@@ -1,5 +1,5 @@
-//! PDF: pages with lines as lines, text as text and the ground as a picture. Layers can be hidden in viewers (optional content),
-//! and each thing, such as a river, is drawn as one object (a form), which editors take for a group.
+//! PDF: pages with lines as lines, text as text and the ground as a picture. Layers can be hidden in viewers (optional
+//! content), and each thing, such as a river, is drawn as one object (a form), which editors take for a group.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -26,13 +26,13 @@ use crate::map::scale::Scale;
 use crate::map::style::Colour;
 use crate::map::text::Placed;
 
-/// Points of an inch, and millimetres.
+/// Points (72 an inch) per millimetre.
 const POINTS_A_MM: f64 = 72.0 / 25.4;
 
-/// Millimetres of the 14,400 points that a page has a side at most.
+/// Largest side of a page in millimetres: 14,400 points, the limit of PDF.
 const MOST_MM: f64 = 5080.0;
 
-/// Control points of a quarter of a circle of radius 1, so that a cubic curve is nearest to it.
+/// Distance of the control points from the ends of a cubic curve that approximates a quarter of a circle of radius 1.
 const QUARTER: f64 = 0.552_284_75;
 
 const COMPACT: Settings = Settings { pretty: false };
@@ -43,19 +43,19 @@ const IDENTITY: SystemInfo<'static> = SystemInfo { registry: Str(b"Adobe"), orde
 pub(crate) struct Pdf {
     file: PartFile,
     bytes: u64,
-    /// Where each object begins, by its number less one.
+    /// Byte offset of each object in the file, indexed by its number minus one; 0 if it is not written.
     offsets: Vec<u64>,
     pages: Vec<Ref>,
-    /// Those that any text is set in, by their numbers.
+    /// Fonts that any text is set in, indexed by their numbers.
     fonts: Vec<UsedFont>,
     /// Graphics states by their opacity in parts of 255.
     states: BTreeMap<u8, Ref>,
-    /// Those that any page has, as optional content.
+    /// Layers that any page has, as optional content.
     layers: BTreeMap<Layer, Ref>,
     bookmarks: Vec<(String, usize)>,
 }
 
-/// The glyphs of a font that are used, and what they stand for.
+/// The used glyphs of a font, and the text that each stands for.
 struct UsedFont {
     font: Font,
     id: Ref,
@@ -68,21 +68,21 @@ pub(crate) struct PdfPage<'a> {
     pdf: &'a mut Pdf,
     number: usize,
     area: Area,
-    /// What is seen of it.
+    /// Visible part of the page while the map is drawn; otherwise all of the page is visible.
     clip: Option<Area>,
-    /// Points of its unit, and units of a pixel.
+    /// Points per unit of the page, and units per pixel.
     user_unit: f64,
     units_per_pixel: f64,
     lettering: Lettering,
-    /// Fonts, pictures and all else that its content names.
+    /// Object that lists the fonts, pictures and all else that the page's content names.
     resources: Ref,
     content: Content,
-    /// How much what is drawn now covers, in parts of 255, and how much it did where the map began.
+    /// Current opacity in parts of 255, and the opacity to return to when the map ends.
     opacity: u8,
     outer_opacity: u8,
-    /// What is drawn around the thing under way, and its opacity.
+    /// While an item is drawn: the content of the page around the item, and the opacity there.
     around: Option<(Content, u8)>,
-    /// Pictures and things.
+    /// Pictures and items (forms), in the order of their names `X0`, `X1`, ...
     objects: Vec<Ref>,
     rows: Option<Rows>,
     links: Vec<([f64; 4], usize)>,
@@ -111,7 +111,7 @@ impl Pdf {
         let (pages, bookmarks, fonts) = (Vec::new(), Vec::new(), Vec::new());
         let (states, layers) = (BTreeMap::new(), BTreeMap::new());
         let mut pdf = Pdf { file, bytes: 0, offsets, pages, fonts, states, layers, bookmarks };
-        // Bytes above 127 tell those who copy the file that it is no text.
+        // Bytes above 127 tell programs that copy the file that it is binary.
         pdf.write(b"%PDF-1.7\n%\x80\x80\x80\x80\n")?;
         Ok(pdf)
     }
@@ -144,7 +144,7 @@ impl Pdf {
         self.pages[number]
     }
 
-    /// Makes sure that there is a state of an opacity.
+    /// Adds a graphics state of an opacity unless there is one.
     fn add_state(&mut self, opacity: u8) {
         if !self.states.contains_key(&opacity) {
             let id = self.new_ref();
@@ -152,7 +152,7 @@ impl Pdf {
         }
     }
 
-    /// Makes sure that there is a layer.
+    /// Adds a layer unless there is one.
     fn add_layer(&mut self, layer: Layer) {
         if !self.layers.contains_key(&layer) {
             let id = self.new_ref();
@@ -242,7 +242,7 @@ impl Pdf {
         let count = self.offsets.len() + 1;
         let mut table = format!("xref\n0 {count}\n0000000000 65535 f \n").into_bytes();
         for offset in &self.offsets {
-            // What no object uses is free.
+            // A number without an object is marked as free.
             let kind = if *offset == 0 { "65535 f" } else { "00000 n" };
             table.extend(format!("{offset:010} {kind} \n").into_bytes());
         }
@@ -254,7 +254,7 @@ impl Pdf {
         self.file.finish()
     }
 
-    /// The names of layers.
+    /// Writes the layers with their names.
     fn finish_layers(&mut self) -> Result<(), Error> {
         for (layer, id) in self.layers.clone() {
             let mut object = Chunk::with_settings(COMPACT);
@@ -264,7 +264,7 @@ impl Pdf {
         Ok(())
     }
 
-    /// The list of contents, in one level.
+    /// Writes the list of contents (outline), in one level.
     fn finish_outline(&mut self) -> Result<(), Error> {
         let bookmarks = self.bookmarks.clone();
         if bookmarks.is_empty() {
@@ -292,7 +292,7 @@ impl Pdf {
         Ok(())
     }
 
-    /// The number of a font among those of the document.
+    /// Returns the number of a font among the document's fonts; adds the font if it is new.
     fn number_of(&mut self, font: Font) -> usize {
         let known = self.fonts.iter().position(|used| used.font == font);
         known.unwrap_or_else(|| {
@@ -302,15 +302,16 @@ impl Pdf {
         })
     }
 
-    /// The glyphs of a font that were used, as a font of their own, and which letters they are.
+    /// Writes the used glyphs of a font as a font of their own, with a map from glyphs to text so that readers can
+    /// search and copy it.
     fn finish_font(&mut self, number: usize, used: &UsedFont) -> Result<(), Error> {
         let UsedFont { font, id, glyphs, texts } = used;
         let widths: Vec<f32> = glyphs.remapped_gids().map(|glyph| font.advance(glyph)).collect();
         let part = subset(*font, glyphs)?;
-        // Outlines are of cubic curves, in a table of their own, or of quadratic ones, in several.
+        // Cubic outlines are in one table (CFF), which is embedded alone; quadratic ones need the whole font file.
         let cubic = table(&part, *b"CFF ");
         let [cid, descriptor, data, letters] = [(); 4].map(|()| self.new_ref());
-        // A tag of six letters says that this is a part of a font.
+        // A tag of six letters before the name marks a subset of a font.
         let [sixth, fifth] = [1, 26].map(|place| char::from(b'A' + (number / place % 26) as u8));
         let known_as: String = font.full_name().chars().filter(char::is_ascii_alphanumeric).collect();
         let name = format!("TERR{fifth}{sixth}+{known_as}");
@@ -380,18 +381,19 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     packed.write_all(bytes).and_then(|()| packed.finish()).expect("memory takes everything")
 }
 
-/// Points of the unit of a page of so many millimetres: 1 up to the 14,400 units that a page can have, and more beyond.
+/// Returns the points per unit for a page of a size: 1 for pages of up to 14,400 points a side, and for larger ones the
+/// least whole number that keeps the page within 14,400 units.
 pub(super) fn user_unit([width_mm, height_mm]: [f64; 2]) -> f64 {
     (width_mm.max(height_mm) / MOST_MM).ceil().max(1.0)
 }
 
-/// Hundredths of pixels are finer than what any printer shows, and take few digits.
+/// Rounds to hundredths of a pixel, which are finer than any printer shows and take few digits.
 fn rounded(value: f64) -> f32 {
     ((value * 100.0).round() / 100.0) as f32
 }
 
 impl PdfPage<'_> {
-    /// A place of the map, from the corner of the page.
+    /// Converts a place on the map to pixels from the north-western corner of the page.
     fn at(&self, [x, y]: [f64; 2]) -> [f32; 2] {
         [rounded(x - self.area.x0 as f64), rounded(y - self.area.y0 as f64)]
     }
@@ -417,7 +419,7 @@ impl PdfPage<'_> {
         is_begun
     }
 
-    /// Says how much all that is drawn from here on covers.
+    /// Sets the opacity of all that is drawn after this call.
     fn set_opacity(&mut self, opacity: f32) {
         let opacity = (opacity * 255.0 + 0.5) as u8;
         if opacity != self.opacity {
@@ -455,7 +457,7 @@ impl PdfPage<'_> {
                     self.content.line_to(to.x, to.y);
                 }
                 PathSegment::QuadTo(control, to) => {
-                    // PDF has cubic curves, of which each quadratic one is one.
+                    // PDF has cubic curves only; every quadratic curve can be written as a cubic one.
                     let (from, control, to) = (last, [control.x, control.y], [to.x, to.y]);
                     let toward = |end: [f32; 2]| [0, 1].map(|axis| (end[axis] + 2.0 * control[axis]) / 3.0);
                     let [[ax, ay], [bx, by]] = [from, to].map(toward);
@@ -477,7 +479,7 @@ impl PdfPage<'_> {
         match self.lettering {
             Lettering::Text => {
                 self.content.set_text_rendering_mode(TextRenderingMode::Stroke);
-                // It is read once, where it is written.
+                // The halo gets an empty text: readers find the text once, at the letters that are drawn over the halo.
                 self.show(text, "");
             }
             Lettering::Outlines => {
@@ -488,7 +490,7 @@ impl PdfPage<'_> {
         }
     }
 
-    /// Shows the glyphs of a text, which readers take for `meant`.
+    /// Draws the glyphs of a text. Readers that search or copy get `meant` instead of the glyphs.
     fn show(&mut self, text: &Placed, meant: &str) {
         let mut span = self.content.begin_marked_content_with_properties(Name(b"Span"));
         span.properties().actual_text(TextStr(meant));
@@ -504,7 +506,7 @@ impl PdfPage<'_> {
             }
             let font = &mut self.pdf.fonts[number];
             let new = font.glyphs.remap(glyph.id);
-            // Of glyphs that stand for letters together the first is all of them.
+            // If several glyphs stand for the same letters, the first one gets all the letters and the others none.
             let letters = if last.as_ref() == Some(&glyph.text) { "" } else { &text.text[glyph.text.clone()] };
             last = Some(glyph.text.clone());
             let known = font.texts.entry(new).or_default();
@@ -520,7 +522,7 @@ impl PdfPage<'_> {
         self.content.end_marked_content();
     }
 
-    /// Shows a picture or a thing.
+    /// Draws a picture or an item that was written as an object.
     fn show_object(&mut self, id: Ref) {
         let name = format!("X{}", self.objects.len());
         self.objects.push(id);
@@ -582,7 +584,7 @@ impl PdfPage<'_> {
 }
 
 impl Pdf {
-    /// Writes what the contents of a page name.
+    /// Writes the resources of a page: the objects, fonts, states and layers that its content names.
     fn put_resources(&mut self, id: Ref, objects: &[Ref]) -> Result<(), Error> {
         let mut object = Chunk::with_settings(COMPACT);
         let mut resources = object.indirect(id).start::<Resources>();
@@ -743,7 +745,7 @@ impl Page for PdfPage<'_> {
         let rows = self.rows.as_mut().expect("a picture was begun");
         let mut filtered = Vec::with_capacity(pixels.len() + pixels.len() / rows.area.width());
         for row in pixels.chunks_exact(rows.area.width() * 3) {
-            // PNG's filter 1: what a pixel differs from the one before it.
+            // PNG's filter 1: each pixel as its difference from the pixel before it.
             filtered.push(1);
             filtered.extend(&row[..3]);
             filtered.extend(row[3..].iter().zip(row).map(|(here, before)| here.wrapping_sub(*before)));
@@ -767,7 +769,7 @@ impl Page for PdfPage<'_> {
         self.pdf.put(&object)?;
         let [x, y] = self.at([area.x0 as f64, area.y0 as f64]);
         self.content.save_state();
-        // A picture stands on its foot, and here down is up.
+        // PDF draws pictures with y upwards. The page's y goes down, so the picture is flipped.
         self.content.transform([width as f32, 0.0, 0.0, -height as f32, x, y + height as f32]);
         self.show_object(id);
         self.content.restore_state();
@@ -790,9 +792,9 @@ mod tests {
     const SCALE: Scale = Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 };
     const INK: Colour = Colour([0; 3]);
 
-    /// The opacity, in parts of 255, with which each fill, stroke and text of some content is painted.
+    /// Returns each fill, stroke and text operator of some content, with its opacity in parts of 255.
     fn painted(content: &[u8]) -> Vec<(String, u8)> {
-        // A name may stand right behind an operator.
+        // A name may follow an operator without a space.
         let text = String::from_utf8_lossy(content).replace('/', " /");
         let words: Vec<&str> = text.split_ascii_whitespace().collect();
         let (mut opacity, mut outer, mut painted) = (255, Vec::new(), Vec::new());
@@ -802,7 +804,7 @@ mod tests {
                 "Q" => opacity = outer.pop().unwrap(),
                 "gs" => opacity = words[index - 1].trim_start_matches("/G").parse().unwrap(),
                 "f" | "f*" | "S" => painted.push(((*word).to_owned(), opacity)),
-                // Nothing stands between a text and its operator.
+                // There is no space between a text and its operator.
                 text if text.ends_with("Tj") => painted.push(("Tj".to_owned(), opacity)),
                 _ => {}
             }
@@ -816,7 +818,7 @@ mod tests {
         let path = folder.path().join("map.pdf");
         let mut pdf = Pdf::create(path.clone()).unwrap();
         let mut page = pdf.page(0, Area::new(0, 0, 100, 100), SCALE, Lettering::Text);
-        // The last letter is not in the file.
+        // The style's font file lacks the last letter, so another font draws it.
         let typeface = Typeface { face: Face::Bold, own: Some(Font::of_file()) };
         page.write(&shape("Alp \u{1f7}", typeface, 10.0, 0.0).at([10.0, 50.0], 0.0), INK);
         page.finish().unwrap();
@@ -826,7 +828,7 @@ mod tests {
         {
             assert!(text.contains(part), "{part}");
         }
-        // A font that no text is set in is not there.
+        // Fonts that no text is set in are left out.
         assert_eq!(text.matches("/Type/FontDescriptor").count(), 2);
     }
 
@@ -844,12 +846,12 @@ mod tests {
         page.fill(&shape_of, INK);
         pale_line(&mut page);
         page.dot([30.0, 30.0], 2.0, INK);
-        // A state ends with the map.
+        // An opacity set within the map ends with the map.
         page.clip(area);
         pale_line(&mut page);
         page.open();
         page.write(&text, INK);
-        // What a thing does to the state ends with it.
+        // An opacity set within an item ends with the item.
         page.begin_item(&Item::only("grid"));
         pale_line(&mut page);
         page.end_item();

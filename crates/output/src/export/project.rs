@@ -1,6 +1,7 @@
-//! `region.qgz`: a project of QGIS with all that a bake has for GIS, drawn as our maps are.
+//! `region.qgz`: a QGIS project with all layers of a bake that GIS can read, drawn like terrane's maps.
 //!
-//! Based on: the projects that QGIS 3.22 writes; it fills in what they leave out. The file is an archive with one document in it.
+//! Based on: the projects that QGIS 3.22 writes; QGIS fills in what this one leaves out. The file is an archive with
+//! one document.
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
@@ -23,7 +24,7 @@ use crate::file::write_whole;
 /// The file in the folder of the bake.
 pub(super) const PATH: &str = "region.qgz";
 
-/// What the ids of layers begin with: QGIS takes none of fewer than eleven letters.
+/// Prefix of the layers' ids: QGIS takes no id of fewer than eleven letters.
 const ID: &str = "terrane_layer_";
 
 /// Writes the project of a bake that has vectors for GIS.
@@ -47,11 +48,11 @@ pub(super) fn write(plan: &Plan, out: &Path) -> Result<Option<FileRecord>, Error
 /// A project under way.
 struct Project {
     title: String,
-    /// The element that says which plane all lies on.
+    /// XML element of the coordinate reference system of all layers.
     plane: String,
     extent: String,
     range_m: (f32, f32),
-    /// The list of layers, the uppermost first, and what each is.
+    /// XML of the layer tree, the uppermost layer first, and of the layers' definitions.
     tree: String,
     layers: String,
 }
@@ -74,17 +75,18 @@ impl Project {
             tree: String::new(),
             layers: String::new(),
         };
-        // Names above lines, lines above faces.
+        // Labels are drawn above lines, and lines above polygons.
         for (name, shape, style) in vector::drawn(world) {
             project.add_vector(name, shape, &style, name != "tiles");
         }
-        // Below them the first raster of what a map lies on; the others are there to be looked at.
+        // Below the vectors one raster is visible: the map, or else heights, or else colours. The other rasters are in
+        // the list, but hidden.
         let rasters = raster::layers(plan.exports().iter().map(|export| export.name()));
         let lowest =
             |layer: &&Layer| ["map", "height", "colour"].iter().position(|name| layer.name == *name).unwrap_or(9);
         let shown = rasters.iter().min_by_key(lowest).map(|layer| layer.name);
         for layer in &rasters {
-            // That of a walk is transparent where no tile is.
+            // The map of a walk is transparent where there are no tiles.
             let is_transparent = plan.walk().is_some() && layer.name == "map";
             project.add_raster(layer, Some(layer.name) == shown, is_transparent);
         }
@@ -124,7 +126,7 @@ impl Project {
         let (name, source) = (layer.name, format!("./{}", layer.path));
         self.add(name, &source, "gdal", is_shown);
         let renderer = match layer.channels {
-            // Land under the light by which maps are shaded.
+            // A hillshade with the same light as on terrane's maps.
             1 if name == "height" => {
                 "<rasterrenderer type=\"hillshade\" band=\"1\" azimuth=\"315\" angle=\"45\" zfactor=\"1\" multidirection=\"1\" \
                  alphaBand=\"-1\" opacity=\"1\"/>"
@@ -139,7 +141,7 @@ impl Project {
                      <algorithm>StretchToMinimumMaximum</algorithm></contrastEnhancement></rasterrenderer>"
                 )
             }
-            // The fourth of weights has no colour of its own.
+            // Of weights only the first three channels are shown: the fourth has no colour left.
             _ => format!(
                 "<rasterrenderer type=\"multibandcolor\" redBand=\"1\" greenBand=\"2\" blueBand=\"3\" alphaBand=\"{}\" \
                  opacity=\"1\"/>",

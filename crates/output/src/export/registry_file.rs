@@ -1,4 +1,4 @@
-//! The registry that a bake leaves: what its journal knows of the tiles, in their order, and all its files.
+//! The registry that a bake leaves: the journal's rows of tiles, in the tiles' order, and all files of the bake.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     let mut rows = Vec::with_capacity(ROWS);
     let state = if plan.walk().is_some() { TileState::Walked } else { TileState::Baked };
     journal.for_each(|row| {
-        // One that is no tile of the region was damaged, and the tile that it was is made again.
+        // A row with a tile outside the region is damaged; its tile is made again.
         let Some(place) = region.place(row.tile) else { return Ok(()) };
         let files = rasters(plan, place).collect();
         rows.push(TileRow { state, files, ..row });
@@ -33,11 +33,11 @@ pub(super) fn write(plan: &Plan, journal: &Journal, files: &[FileRecord], folder
     Ok(FileRecord::new(FILE_NAME.to_owned(), EXPORT, file.finish()?))
 }
 
-/// About how many bytes the file has of a bake of so many files.
+/// Estimates the bytes of the registry of a bake with so many files.
 pub(super) fn bytes(plan: &Plan, files: u64) -> u64 {
-    // What the tables take that are empty, and the plan.
+    // Bytes of the empty tables and of the plan.
     const PAGES: u64 = 8 * 4096;
-    // How many lines concern a tile shows only when it is made; this is room for some with ids of 24 characters.
+    // The number of lines of a tile is known only when the tile is made: allow for ten with ids of 24 characters.
     const LINES: usize = 10 * 24;
     let names: usize = rasters(plan, Place { row: 0, col: 0 }).map(|name| name.len() + 3).sum();
     // Hashes, seven integers of at most 9 bytes, three words and the header of the row.
@@ -47,7 +47,8 @@ pub(super) fn bytes(plan: &Plan, files: u64) -> u64 {
     plan.tiles().saturating_mul(row).saturating_add(files.saturating_mul(FILE)).saturating_add(PAGES)
 }
 
-/// The rasters that have the vertices of the tile at a place. A shard has none of the region.
+/// Returns the files of rasters that hold the vertices of the tile at a place. A shard has no rasters of the whole
+/// region.
 fn rasters(plan: &Plan, place: Place) -> impl Iterator<Item = String> {
     let is_there = |export: &&Export| plan.shard().is_none() || export.0.is_of_tiles_alone();
     let exports = plan.exports().iter().filter(is_there);

@@ -1,4 +1,4 @@
-//! Repair: a bake that is not whole becomes as it was.
+//! Repair of damaged bakes: restores the bytes of all files.
 
 use std::path::{Path, PathBuf};
 
@@ -9,22 +9,23 @@ use crate::export::folder::{Mode, Output, settle};
 use crate::export::plan::Plan;
 use crate::watch::Watch;
 
-/// What was mended.
+/// The result of a repair.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Repaired {
-    /// Files that have their bytes again, as paths in the folder of the bake.
+    /// Restored files, as paths in the folder of the bake.
     pub files: Vec<String>,
-    /// Files that were not as they were baked, and may have been changed on purpose: where they are now.
+    /// Changed files that the repair has renamed, since somebody may have changed them on purpose: their new paths.
     pub kept: Vec<PathBuf>,
 }
 
-/// Bakes again what is wrong with the bake in a folder, on the threads of the current rayon pool: afterwards each file has the
-/// bytes that it had when it was baked. The whole bake is made beside the old one for that, and only what is damaged is replaced: what
-/// stands there gets another name.
+/// Bakes again what is wrong with the bake in a folder, on the threads of the current rayon pool: afterwards each file
+/// has the bytes that it had when it was baked. For that the whole bake is made again beside the old one, but only
+/// damaged files are replaced. The damaged files are renamed.
 ///
 /// # Errors
-/// When neither the manifest nor the registry says what was baked, or names a world that this program cannot make, or is damaged
-/// there; when a bake is writing to the folder, when there is too little room, or when a file cannot be written.
+/// When neither the manifest nor the registry says what was baked, or names a world that this program cannot make, or
+/// is damaged there; when a bake is writing to the folder, when there is too little room, or when a file cannot be
+/// written.
 pub fn repair(folder: &Path, watch: &Watch) -> Result<Repaired, Error> {
     let kept = settle(folder)?;
     if check(folder, Rebake::None, watch)?.faults.is_empty() {

@@ -1,5 +1,5 @@
-//! The log of a bake's runs: when each began, with what, and how it ended. The one file of a bake that no two bakes have the same,
-//! so neither the manifest nor the registry knows of it.
+//! The log of a bake's runs: when each run began, its task and device, and how it ended. It is the one file that
+//! differs between equal bakes, so neither the manifest nor the registry lists it.
 
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -12,37 +12,37 @@ use crate::error::Error;
 use crate::file::{Operation, gate};
 use crate::generator;
 
-/// The file in the folder of the bake: a JSON object a line.
+/// The file in the folder of the bake: one JSON object per line.
 pub(crate) const PATH: &str = "runs.jsonl";
 
-/// What happened to a bake.
+/// An event in the log of a bake.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Run {
-    /// A run began. Without an end after it, it was killed.
+    /// A run began. If no end follows, the run was killed.
     Begun {
         /// Seconds since the beginning of 1970.
         unix_s: u64,
-        /// What it was to do: `new`, `replace`, `resume`, `add`, `extend` or `repair`.
+        /// Task of the run: `new`, `replace`, `resume`, `add`, `extend` or `repair`.
         mode: String,
         /// The version of the program.
         version: String,
-        /// What it computed on.
+        /// Device that the run computed on.
         device: String,
-        /// On how many threads.
+        /// Number of threads.
         threads: usize,
     },
-    /// It ended.
+    /// The run ended.
     Ended {
         /// Seconds since the beginning of 1970.
         unix_s: u64,
-        /// How: `whole`, or what was in the way.
+        /// Outcome: `whole`, or the reason why the bake did not become whole.
         outcome: String,
-        /// How long it took.
+        /// Duration of the run in seconds.
         seconds: f64,
-        /// Tiles that it made.
+        /// Number of tiles that this run made.
         tiles_made: u64,
-        /// Tiles that an earlier one had made.
+        /// Number of tiles that an earlier run had made.
         tiles_known: u64,
     },
 }
@@ -55,7 +55,7 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Notes that a run begins, in the log of a folder.
+    /// Adds the beginning of a run to the log of a folder.
     pub fn begin(folder: &Path, mode: &str, threads: usize, device: String) -> Result<Log, Error> {
         let log = Log { path: folder.join(PATH), start: Instant::now() };
         log.add(&Run::Begun {
@@ -68,7 +68,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Notes how it ended.
+    /// Adds the end of the run to the log.
     pub fn end(&self, outcome: &str, tiles_made: u64, tiles_known: u64) -> Result<(), Error> {
         let seconds = self.start.elapsed().as_secs_f64();
         self.add(&Run::Ended { unix_s: now(), outcome: outcome.to_owned(), seconds, tiles_made, tiles_known })
@@ -82,7 +82,7 @@ impl Log {
     }
 }
 
-/// The runs of the bake in a folder, as far as its log can be read.
+/// Reads the log of the bake in a folder. Lines that cannot be read are left out.
 pub fn runs(folder: &Path) -> Vec<Run> {
     let text = std::fs::read_to_string(folder.join(PATH)).unwrap_or_default();
     text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()

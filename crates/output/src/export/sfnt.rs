@@ -1,4 +1,4 @@
-//! Font files, which are lists of tables: reading them, and small ones for browsers.
+//! Font files (SFNT), which are lists of tables: reads their tables, and makes small fonts for browsers.
 
 use std::collections::BTreeSet;
 
@@ -7,10 +7,10 @@ use subsetter::GlyphRemapper;
 use crate::error::Error;
 use crate::map::font::Font;
 
-/// The four letters that a table is found by.
+/// The four letters that name a table.
 type Tag = [u8; 4];
 
-/// All tables of a font file.
+/// Returns all tables of a font file; damaged entries are left out.
 fn tables(font: &[u8]) -> impl Iterator<Item = (Tag, &[u8])> {
     let number = |at: usize| Some(u32::from_be_bytes(font.get(at..at + 4)?.try_into().ok()?) as usize);
     let count = font.get(4..6).map_or(0, |bytes| usize::from(u16::from_be_bytes([bytes[0], bytes[1]])));
@@ -21,13 +21,13 @@ fn tables(font: &[u8]) -> impl Iterator<Item = (Tag, &[u8])> {
     })
 }
 
-/// A table of a font file.
+/// Finds a table of a font file.
 pub(super) fn table(font: &[u8], tag: Tag) -> Option<&[u8]> {
     tables(font).find(|(of, _)| *of == tag).map(|(_, table)| table)
 }
 
-/// A font of some letters of another, as browsers take it: which glyph is which letter is told in it. It has neither ligatures
-/// nor kerning.
+/// Makes a font of some letters of another one, with the map from letters to glyphs that browsers need. The new font
+/// has neither ligatures nor kerning.
 ///
 /// # Errors
 /// When the font is damaged.
@@ -37,16 +37,16 @@ pub(super) fn web_font(font: Font, letters: &BTreeSet<char>) -> Result<Vec<u8>, 
     let map: Vec<(char, u16)> = known.map(|(letter, glyph)| (letter, glyphs.remap(glyph))).collect();
     let part = subset(font, &glyphs)?;
     let mut parts: Vec<(Tag, Vec<u8>)> = tables(&part).map(|(tag, table)| (tag, table.to_vec())).collect();
-    // A document that carries a font needs neither of these, and a browser both.
+    // The subset lacks these two tables, since PDF needs neither; browsers need both.
     parts.extend(font.table(*b"OS/2").map(|metrics| (*b"OS/2", metrics.to_vec())));
     parts.push((*b"cmap", character_map(&map)));
     Ok(assembled(&part[..4], parts))
 }
 
-/// The part of a font that some glyphs need, as a document carries it.
+/// Makes the subset of a font that holds some glyphs, as a PDF embeds it.
 ///
 /// # Errors
-/// When the font, which may be anybody's, is damaged.
+/// When the font, which a user may have supplied, is damaged.
 pub(super) fn subset(font: Font, glyphs: &GlyphRemapper) -> Result<Vec<u8>, Error> {
     subsetter::subset(font.data(), 0, glyphs).map_err(|error| Error::Option {
         message: format!("the font {} cannot be put into a document: {error}", font.full_name()),
@@ -54,12 +54,12 @@ pub(super) fn subset(font: Font, glyphs: &GlyphRemapper) -> Result<Vec<u8>, Erro
     })
 }
 
-/// Which letter is which glyph, as a table (format 12).
+/// Makes the `cmap` table, which maps letters to glyphs (format 12).
 fn character_map(map: &[(char, u16)]) -> Vec<u8> {
     const HEAD_BYTES: u32 = 16;
     let count = map.len() as u32;
     let mut table = Vec::new();
-    // One list, of all of Unicode (platform 3, encoding 10), which begins at byte 12.
+    // One subtable, of all of Unicode (platform 3, encoding 10), which begins at byte 12.
     table.extend([0, 1, 3, 10].map(u16::to_be_bytes).concat());
     table.extend(12_u32.to_be_bytes());
     table.extend([12, 0].map(u16::to_be_bytes).concat());
@@ -70,7 +70,7 @@ fn character_map(map: &[(char, u16)]) -> Vec<u8> {
     table
 }
 
-/// A font file of tables.
+/// Assembles tables into a font file.
 fn assembled(flavour: &[u8], mut tables: Vec<(Tag, Vec<u8>)>) -> Vec<u8> {
     tables.sort();
     let count = tables.len() as u16;
@@ -91,7 +91,7 @@ fn assembled(flavour: &[u8], mut tables: Vec<(Tag, Vec<u8>)>) -> Vec<u8> {
     font
 }
 
-/// The sum of all numbers of 32 bits in a table.
+/// Adds up a table as 32-bit big-endian numbers, wrapping around; the last one is padded with zeros.
 fn checksum(table: &[u8]) -> u32 {
     let number = |bytes: &[u8]| bytes.iter().chain(&[0; 3]).take(4).fold(0, |sum, byte| sum << 8 | u32::from(*byte));
     table.chunks(4).map(number).fold(0, u32::wrapping_add)

@@ -1,8 +1,9 @@
-//! SVG: a page with lines as lines, the ground as pictures, and letters as outlines or as text. Layers and things are groups,
-//! which Inkscape shows by their names.
+//! SVG: a page with lines as lines, the ground as pictures, and letters as outlines or as text. Layers and items are
+//! groups, which Inkscape shows by their names.
 //!
-//! Programs differ in what they can read, so that a page is plain: libxml2 takes no attribute of 10 MB; librsvg knows no fonts
-//! in a file, and of places a letter the first; Inkscape takes fonts of the machine alone.
+//! Pages use plain SVG because programs differ in what they can read: libxml2 takes no attribute of 10 MB; librsvg
+//! ignores embedded fonts, and reads only the first place of a list of places per letter; Inkscape uses only installed
+//! fonts.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -31,20 +32,20 @@ pub(crate) struct Svg {
     text: String,
     area: Area,
     lettering: Lettering,
-    /// What is seen of it.
+    /// Visible part of the page while the map is drawn; otherwise all of the page is visible.
     clip: Option<Area>,
-    /// Those that are open, from the outermost.
+    /// Open groups, from the outermost.
     groups: Vec<Group>,
-    /// How many groups have asked for an id.
+    /// Number of groups that have asked for each id.
     ids: BTreeMap<String, u32>,
     /// The letters of each font that are written as text.
     written: Vec<(Font, BTreeSet<char>)>,
     picture: Option<Rows>,
-    /// What was refused, which shows at the end.
+    /// First error of writing, which `finish` returns.
     refused: Option<Error>,
 }
 
-/// A group, which is written when there is something in it.
+/// A group. Its begin is written with its first element, so that empty groups are left out.
 struct Group {
     begin: String,
     is_written: bool,
@@ -54,22 +55,23 @@ struct Group {
 struct Rows {
     part: Area,
     pixels: Vec<u8>,
-    /// How many rows are written at once.
+    /// Number of rows that are written as one picture.
     at_once: usize,
 }
 
-/// Families of fonts that text is set in, the first that there is.
+/// Font families of text: readers take the first one that they have.
 const FAMILIES: &str = "'Libertinus Serif', 'Linux Libertine', Georgia, serif";
 
 /// Bytes of text that are kept before they are written.
 const KEPT: usize = 1 << 16;
 
-/// Bytes of pixels that a picture has at most. As text they are a third longer, which is less than the 8 MB that all readers
-/// take.
+/// Largest number of bytes of a picture's pixels. Base64 makes them a third longer, which stays below the 8 MB that all
+/// readers take.
 const PICTURE_BYTES: usize = 5_500_000;
 
-/// What stands after a picture. libxml2 reads at most 10 MB before it lets go of what it has read, which it does where an element
-/// or a comment ends less than 500 bytes before the end of its buffer of 4,000 bytes: between pictures alone it never gets there.
+/// A comment that is repeated after each picture. libxml2 reads at most 10 MB before it must free its buffer, and frees
+/// it only where an element or a comment ends less than 500 bytes before the end of its buffer of 4,000 bytes. Between
+/// pictures without comments that never happens.
 const PAUSE: &str = "<!-- some short lines, after which readers can let go of the picture -->\n";
 const PAUSES: usize = 80;
 
@@ -113,12 +115,13 @@ impl Svg {
         self.refused.map_or_else(|| self.file.finish(), Err)
     }
 
-    /// Adds the fonts of all text.
+    /// Embeds the used letters of all fonts of text.
     fn add_fonts(&mut self) -> Result<(), Error> {
         for (font, letters) in std::mem::take(&mut self.written) {
             let data = STANDARD.encode(web_font(font, &letters)?);
             let family = family(font);
-            // A font of a style's is for text of all faces, and no browser makes it heavier or slanted.
+            // A style's own font serves all faces: the whole range of weights and `font-synthesis: none` keep browsers
+            // from making it bolder or slanted.
             let (weight, style) = match Face::ALL.iter().any(|face| face.font() == font) {
                 true => (font.weight().to_string(), if font.is_slanted() { "italic" } else { "normal" }),
                 false => ("1 1000".into(), "normal"),
@@ -131,7 +134,7 @@ impl Svg {
         Ok(())
     }
 
-    /// The letters of a font that are written as text.
+    /// Returns the letters of a font that are written as text, for adding more.
     fn letters_of(&mut self, font: Font) -> &mut BTreeSet<char> {
         let known = self.written.iter().position(|(other, _)| *other == font);
         let number = known.unwrap_or_else(|| {
@@ -172,7 +175,7 @@ impl Svg {
         }
     }
 
-    /// An id that no other group has, of letters and digits that an id may hold.
+    /// Returns an id that no other group has. Characters that an id may not hold become `_`.
     fn id(&mut self, wanted: &str) -> String {
         let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || "-_".contains(letter);
         let id: String = wanted.chars().map(|letter| if is_allowed(letter) { letter } else { '_' }).collect();
@@ -181,7 +184,7 @@ impl Svg {
         if *uses == 1 { id } else { format!("{id}.{uses}") }
     }
 
-    /// The lines as the data of a path.
+    /// Returns lines as the data of an SVG path.
     fn path(&self, lines: &[Vec<[f64; 2]>]) -> String {
         let mut data = PathData::default();
         for line in lines {
@@ -197,14 +200,14 @@ impl Svg {
         data.finish()
     }
 
-    /// A text, painted as attributes say.
+    /// Writes a text, as text or outlines, with the attributes `paint`.
     fn letters(&mut self, text: &Placed, paint: &str) {
         if text.glyphs.is_empty() || !self.sees(bounds(text.boxes.iter().flatten())) {
             return;
         }
         match self.lettering {
             Lettering::Outlines => self.outlines(text, paint),
-            // The parts of fonts that a page carries have no rules for letters that join.
+            // Embedded fonts are subsets without the rules for letters that join, as in Arabic.
             Lettering::Text if text.is_joined() => self.outlines(text, paint),
             Lettering::Text => self.text(text, paint),
         }
@@ -226,8 +229,8 @@ impl Svg {
         self.add(format_args!("<path {paint} d=\"{}\"/>\n", data.finish()));
     }
 
-    /// Straight text as one element, with the room between letters that the font gives them; of bent text an element a letter,
-    /// since not all readers turn the letters of one.
+    /// Writes straight text as one element, in which the font spaces the letters. Bent text gets an element per letter,
+    /// since not all readers can rotate single letters of an element.
     fn text(&mut self, text: &Placed, paint: &str) {
         let of_face = text.face.font();
         let mut families = Vec::new();
@@ -254,7 +257,7 @@ impl Svg {
                 0.0 => String::new(),
                 spacing => format!(" letter-spacing=\"{}\"", Short(spacing)),
             };
-            // The place is that of the left end, wherever the text begins.
+            // The place is the left end of the text, which is where right-to-left text ends.
             let direction = if is_right_to_left(&text.text) { " direction=\"rtl\" text-anchor=\"end\"" } else { "" };
             self.add(format_args!("<text {place} {font}{spacing}{direction}>{}</text>\n", escaped(&text.text)));
             return;
@@ -267,7 +270,7 @@ impl Svg {
         self.add(format_args!("</g>\n"));
     }
 
-    /// Where a glyph stands, as attributes.
+    /// Returns the attributes that place and rotate a glyph.
     fn place(&self, glyph: &PlacedGlyph) -> String {
         let [x, y] = self.at(glyph.at).map(Short);
         match glyph.angle().to_degrees() {
@@ -276,8 +279,8 @@ impl Svg {
         }
     }
 
-    /// Writes the first rows of the picture that are not written yet. The last of them comes once more in the next rows, so that
-    /// no gap shows between two pictures, whatever size they are drawn at.
+    /// Writes the next `rows` rows of the picture as one image. The next image repeats the last of these rows, so that
+    /// no gap shows between the two, whatever size they are drawn at.
     fn write_rows(&mut self, rows: usize) {
         let Some(Rows { part, pixels, .. }) = &mut self.picture else { return };
         let row_bytes = part.width() * 3;
@@ -294,12 +297,12 @@ impl Svg {
     }
 }
 
-/// What a font's family is called, without letters that end a name in CSS or XML.
+/// Returns the name of a font's family, without characters that would end a name in CSS or XML.
 fn family(font: Font) -> String {
     font.family().chars().filter(|letter| !letter.is_control() && !"'\"<>&\\".contains(*letter)).collect()
 }
 
-/// A text with what XML means something by written otherwise.
+/// Escapes the characters of a text that have a meaning in XML.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -371,7 +374,7 @@ impl Plotter for Svg {
             if halo.width > 0.0 {
                 let (width, opacity) = (Short(f64::from(halo.width)), Short(f64::from(halo.opacity)));
                 let colour = halo.colour;
-                // One element for letters and what is around them, which is drawn first.
+                // One element draws both: the halo (stroke) first, then the letters over it.
                 write!(
                     paint,
                     " stroke=\"{colour}\" stroke-width=\"{width}\" stroke-opacity=\"{opacity}\" paint-order=\"stroke\""
@@ -413,7 +416,7 @@ impl Page for Svg {
         let Rows { part, pixels: kept, at_once } = self.picture.as_mut().expect("a picture was begun");
         kept.extend_from_slice(pixels);
         let (rows, row_bytes) = (*at_once, part.width() * 3);
-        // More than so many, so that what is left at the end is more than the row that comes twice.
+        // Strictly more: at the end there must be rows left besides the repeated one.
         while self.picture.as_ref().is_some_and(|picture| picture.pixels.len() > rows * row_bytes) {
             self.write_rows(rows);
         }
@@ -443,7 +446,7 @@ mod tests {
     const SCALE: Scale = Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 };
     const INK: Colour = Colour([0; 3]);
 
-    /// What is drawn on a page of an area.
+    /// Returns the SVG of a page of an area on which `draw` has drawn.
     fn page(area: Area, lettering: Lettering, draw: impl FnOnce(&mut Svg)) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.svg");
@@ -453,7 +456,7 @@ mod tests {
         std::fs::read_to_string(path).unwrap()
     }
 
-    /// The value of an attribute of an element.
+    /// Returns the value of an attribute of an element.
     fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
         element.split(&format!(" {name}=\"")).nth(1)?.split('"').next()
     }
@@ -477,7 +480,7 @@ mod tests {
             next = y + height - 1;
         }
         assert!(next + 1 == 1300 && images.len() > 2, "{next} {}", images.len());
-        // Enough between two of them for libxml2.
+        // After each picture there are enough comments for libxml2 to free its buffer.
         assert!(text.split("<image").skip(1).all(|part| part.len() - part.lines().next().unwrap().len() > 4500));
     }
 
@@ -544,7 +547,7 @@ mod tests {
         assert!(!outlines.contains("<text") && !outlines.contains("@font-face"));
         let text = named(Lettering::Text);
         assert!(text.contains("letter-spacing=\"2\"") && text.contains(">Gross Ache</text>"));
-        // No list of places or angles: not all readers read further than its first.
+        // No lists of places or angles per letter: some readers use only their first value.
         let texts: Vec<&str> = text.lines().filter(|line| line.starts_with("<text")).collect();
         assert_eq!(texts.len(), 5);
         assert!(texts.iter().all(|text| !text.contains("rotate=") && text.contains("transform=\"translate(")));

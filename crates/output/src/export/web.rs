@@ -1,7 +1,7 @@
 //! The region as a web map: a pyramid of tiles, archives of them, and a page that shows it from the disk.
 //!
-//! Tiles are drawn as maps are, each zoom level at its own scale, from the world and not from the tiles of the bake: these
-//! only say which names there are.
+//! Map tiles are drawn like other maps, each zoom level at its own scale. They are drawn from the world, not from the
+//! tiles of the bake, which only supply the names.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ use crate::world::World;
 /// The page and its scripts.
 const PAGES: [&str; 3] = ["index.html", "map.js", "names.js"];
 
-/// Pixels of a millimetre on screens, by which lines and letters have their size.
+/// Pixels per millimetre on screens, which sets the size of lines and letters.
 const PIXELS_A_MM: f64 = 96.0 / 25.4;
 
 /// The pictures of the map: name, title and style. The first is shown first.
@@ -42,24 +42,24 @@ const LAYERS: [(&str, &str, &str); 2] = [("map", "Map", "topographic"), ("relief
 /// The web map, as a format.
 #[derive(Clone, Copy)]
 pub(crate) struct WebMap {
-    /// The name, and that of its folder.
+    /// Name of the format and of its folder.
     name: &'static str,
     about: &'static str,
     encoding: Encoding,
 }
 
-/// Tiles as small as can be.
+/// The web map with WebP tiles, which have the fewest bytes.
 pub(crate) const WEBP: WebMap = WebMap {
     name: "web",
     about: "web map: a page, tiles at all zoom levels, PMTiles and MBTiles, and geojson",
     encoding: Encoding::WebP,
 };
 
-/// Tiles that all programs read.
+/// The web map with PNG tiles, which all programs read.
 pub(crate) const PNG: WebMap =
     WebMap { name: "web-png", about: "the web map with PNG tiles, for what reads no WebP", encoding: Encoding::Png };
 
-/// The files that are not tiles, in a folder.
+/// Returns the paths of the files in a folder that are not tiles.
 fn files(folder: &str) -> impl Iterator<Item = String> {
     let layers = LAYERS.iter().flat_map(|(name, ..)| [(*name).to_owned(), format!("{name}@2x")]);
     let archives = layers.chain(["terrain".to_owned()]);
@@ -70,12 +70,14 @@ fn files(folder: &str) -> impl Iterator<Item = String> {
         .map(move |name| format!("{folder}/{name}"))
 }
 
-/// Whether a file of a bake is a list of others that the manifest does not list, for there are many.
+/// Tells whether a file of a bake is a list of map tiles: these are too many for the manifest, so a file of their own
+/// lists them.
 pub(super) fn is_listing(path: &str) -> bool {
     [WEBP, PNG].iter().any(|map| path.strip_prefix(map.name) == Some(&format!("/{}", web::LISTING)[..]))
 }
 
-/// The files of tiles that a list in the folder of a bake names, if the list is as it was written.
+/// Returns the files of map tiles that a list in a bake's folder names; none if the list has changed since it was
+/// written.
 pub(super) fn listed(bake: &Path, listing: &FileRecord) -> Vec<FileRecord> {
     if listing.fault(bake).is_some() {
         return Vec::new();
@@ -85,7 +87,7 @@ pub(super) fn listed(bake: &Path, listing: &FileRecord) -> Vec<FileRecord> {
     let record = |line: &str| {
         let (hash, name) = line.split_once("  ")?;
         let path = format!("{own}/{name}");
-        // The list has no sizes: the hash alone tells.
+        // The list has no sizes, so the size on the disk is taken: the hash alone shows changes.
         let bytes = bake.join(&path).metadata().map_or(0, |there| there.len());
         let blake3 = blake3::Hash::from_hex(hash).ok()?;
         Some(FileRecord::new(path, own, Finished { bytes, blake3 }))
@@ -116,22 +118,23 @@ impl Format for WebMap {
 
     fn cost(&self, request: &Request) -> FormatCost {
         let Ok(plan) = plan(request.world, &request.region) else { return FormatCost::default() };
-        // The first square of tiles is a block, or as large as one gets.
+        // One of the first 64 blocks is as large as any block of the region.
         let block = plan.blocks(plan.max_zoom()).take(64).map(|block| block.places.len() as u64).max().unwrap_or(0);
         let pixels = block * (web::TILE_PX * web::TILE_PX) as u64;
         let dense = pixels * (DENSE * DENSE) as u64;
-        // RGB of the block, of the parts that it is put together from, and of the layer before; the land under it, three words a
-        // node and a height a pixel, twice.
+        // For each pixel: RGB of the block, of the parts that it is put together from, and of the layer before; and the
+        // land under the block, three words a node and a height a pixel, twice.
         const DRAWN_BYTES: u64 = 3 * 3 + 3 + 2 * 4;
-        // Pictures of all layers, plain and dense, and of heights, wait for the archives: packed to half of what they were at most.
+        // Pictures of all layers, plain and dense, and of heights wait until the archives take them. Compression at
+        // least halves them.
         let waiting = web::BLOCKS_A_THREAD as u64 * (LAYERS.len() as u64 * 3 * (pixels + dense) + 3 * pixels) / 2;
         let features = of_features(request);
         FormatCost {
             files: files(self.name).count() as u64,
             thread_bytes: features.thread_bytes.max(dense * DRAWN_BYTES + waiting),
-            // The land is that of the bake's vertices where it is finest.
+            // At the finest zoom level the land has as many vertices as the bake.
             held_bytes: features.held_bytes + Chart::land_bytes([request.region.width(), request.region.height()]),
-            // One of all vertices and one of those that a zoom shows.
+            // One world of all vertices, and one of the vertices that a zoom level shows.
             worlds: 2,
             ..features
         }
@@ -155,31 +158,31 @@ impl Format for WebMap {
     }
 }
 
-/// The pyramid of a region, whose finest pixels are about as large as its cells.
+/// Plans the tile pyramid of a region; its finest pixels are about as large as the region's cells.
 fn plan(world: &World, region: &Region) -> Result<Plan, Error> {
     let [west_m, south_m, east_m, north_m] = region.bounds_km(world.spacing_m()).map(|km| km * 1000.0);
     Plan::new(Bounds { west_m, south_m, east_m, north_m }, world.spacing_m())
 }
 
-/// Writes the map when all tiles of the bake have said what they hold.
+/// Collects the names from all tiles of the bake, then writes the map.
 struct WebSink<'a> {
     form: WebMap,
     name: &'a str,
     world: &'a World,
     plan: Plan,
     out: PathBuf,
-    /// What has a name, by what it is in the world.
+    /// Named features by their ids in the world.
     named: Mutex<BTreeMap<String, Named>>,
 }
 
-/// Something with a name.
+/// A named feature.
 #[derive(Serialize, Deserialize)]
 struct Named {
     name: String,
     kind: Cow<'static, str>,
     at: [f64; 2],
     rank: u8,
-    /// How much it matters among its like: of the parts of a thing the largest has its place.
+    /// Size of this part of the feature, such as its area or discharge: the label goes to the largest part.
     weight: f64,
 }
 
@@ -234,7 +237,7 @@ impl Sink for WebSink<'_> {
         for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
             let found: Vec<(String, Named)> = serde_json::from_slice(piece).expect("it was written by this sink");
             for (id, named) in found {
-                // In the order of the tiles, so that of equals it is always the same one.
+                // Parts come in the order of the tiles, so that among equal weights the same part wins in every bake.
                 if all.get(&id).is_none_or(|known| known.weight < named.weight) {
                     all.insert(id, named);
                 }
@@ -251,7 +254,7 @@ impl Sink for WebSink<'_> {
         let is_shown = |[east, north]: [f64; 2]| {
             (bounds.west_m..=bounds.east_m).contains(&east) && (bounds.south_m..=bounds.north_m).contains(&north)
         };
-        // Roads lead to places elsewhere, which the map does not show.
+        // Roads also name places outside the region, which the map does not show.
         let features: Vec<Feature> = named
             .values()
             .filter(|named| is_shown(named.at))
@@ -290,26 +293,26 @@ impl Sink for WebSink<'_> {
     }
 }
 
-/// Draws tiles.
+/// Draws map tiles.
 struct Artist {
     world: Arc<World>,
     prepared: RwLock<Option<Prepared>>,
 }
 
-/// What is known of a part of a zoom level: a picture a layer.
+/// The pictures of a part of a zoom level, one per layer.
 struct Prepared {
     zoom: u8,
     pictures: [Picture; LAYERS.len()],
 }
 
-/// Pixels of a picture to one of the page: pictures are those of dense screens.
+/// Pixels of a picture per pixel of the page, along a side: pictures are drawn for dense screens.
 const DENSE: i64 = 2;
 
 impl Artist {
     fn prepare(&self, view: &View) -> Result<(), Error> {
         let mut prepared = self.prepared.write().expect("no thread panics while it prepares");
         let charts = if let Some(last) = prepared.take().filter(|prepared| prepared.zoom == view.zoom) {
-            // Of the same zoom: the land is known already.
+            // The last view had the same zoom level, so its chart already knows the land.
             last.pictures.map(Picture::into_chart)
         } else {
             let dense = DENSE as f64;
@@ -329,7 +332,7 @@ impl Artist {
         prepared.as_ref().expect("a view is prepared for").pictures[layer].pixels(view.pixels)
     }
 
-    /// Heights in the middles of pixels of the page, each the mean of four of the picture.
+    /// Returns heights at the centres of the page's pixels, each the mean of four heights of the picture.
     fn heights(&self, view: &View) -> Vec<f32> {
         let prepared = self.prepared.read().expect("no thread panics while it prepares");
         let chart = prepared.as_ref().expect("a view is prepared for").pictures[0].chart();

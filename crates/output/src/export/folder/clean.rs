@@ -13,19 +13,19 @@ use crate::export::manifest::{self, Manifest};
 use crate::export::runs;
 use crate::file::{remove, remove_folder, remove_unfinished};
 
-/// What was removed of a bake.
+/// The result of removing a bake.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cleaned {
-    /// Files that were removed.
+    /// Number of removed files.
     pub files: u64,
-    /// Their bytes.
+    /// Bytes of the removed files.
     pub bytes: u64,
-    /// Files that the bake has written and somebody has changed since: they are kept.
+    /// Files of the bake that somebody has changed since: they are kept.
     pub kept: Vec<String>,
 }
 
-/// Removes what bakes have left in a folder, and nothing else: files that the manifest lists and that nobody has changed, the
-/// manifest, a bake that was cut off, and folders that hold nothing then. `dry` removes nothing.
+/// Removes what bakes have left in a folder, and nothing else: unchanged files that the manifest lists, the manifest, a
+/// bake that was cut off, and folders that become empty. With `dry` nothing is removed, only counted.
 ///
 /// # Errors
 /// When there is no bake, when one is writing to the folder, or when a file cannot be removed.
@@ -40,7 +40,7 @@ pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
     let mut cleaned = Cleaned::default();
     let files = manifest.map(|manifest| manifest.all_files(path)).unwrap_or_default();
     let faults: Vec<bool> = files.par_iter().map(|record| record.fault(path).is_some()).collect();
-    // First, so that what is left is no bake if this is cut off.
+    // The manifest goes first: if the removal is cut off, the rest does not look like a bake.
     let of_bake = [manifest::PATH.to_owned(), runs::PATH.to_owned()].into_iter();
     let ours = files.iter().zip(&faults).filter(|(_, fault)| !**fault).map(|(record, _)| record.path.clone());
     for file in of_bake.chain(ours).filter(|file| path.join(file).is_file()) {

@@ -1,4 +1,4 @@
-//! What is in a folder, and whether a bake may go there.
+//! Checks before a bake: looks at the contents of its folder, and decides whether the bake may go there.
 
 use std::fs;
 use std::path::Path;
@@ -13,20 +13,20 @@ use crate::export::lock;
 use crate::export::manifest::{self, Manifest};
 use crate::export::plan::Bytes;
 
-/// What becomes of what is in the folder of a bake.
+/// The treatment of what is already in the folder of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// There must be nothing.
+    /// The folder must be empty.
     New,
     /// A bake that is there is replaced.
     Replace,
-    /// The same bake that was cut off goes on; where it is whole, what is damaged of it is baked again.
+    /// The same bake that was cut off goes on. If it is whole, its damaged files are baked again.
     Resume,
     /// A bake of the same world and region gets more exports.
     Add,
     /// A bake of the same world and exports gets a larger region.
     Extend,
-    /// The same bake is made again, and what is damaged is replaced.
+    /// The same bake is made again, and damaged files are replaced.
     Repair,
 }
 
@@ -44,19 +44,19 @@ impl Mode {
     }
 }
 
-/// What is in a folder.
+/// The contents of a folder.
 enum Found {
     Nothing,
-    /// Files, and no bake.
+    /// Other files, but no bake.
     Others,
-    /// A whole bake; without a manifest if that cannot be read.
+    /// A whole bake; without its manifest if the manifest cannot be read.
     Bake(Option<Box<Manifest>>),
-    /// A bake that did not come to its end, as it was planned.
+    /// A bake that was cut off, with the manifest of its plan.
     CutOff(Box<Manifest>),
 }
 
 impl Found {
-    /// What is there, or was to be.
+    /// Returns the manifest of the bake, or of the plan of one that was cut off.
     fn manifest(&self) -> Option<&Manifest> {
         match self {
             Found::Nothing | Found::Others => None,
@@ -66,10 +66,11 @@ impl Found {
     }
 }
 
-/// Differences between two bakes that are said.
+/// Largest number of differences between two bakes that a message names.
 const SAID: usize = 5;
 
-/// Whether a bake may go to what is in a folder. Returns the whole bake that is there.
+/// Checks that a bake may go to a folder with the contents that the folder has. Returns the whole bake that is there,
+/// if any.
 pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<Box<Manifest>>, Error> {
     let refuse = |message: String, hint: &str| Error::Output { path: path.into(), message, hint: hint.into() };
     let found = found(path)?;
@@ -97,7 +98,7 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
                 "choose another folder with --out",
             ));
         }
-        // Whether what is repaired is the same shows when it is baked.
+        // A repair compares the bakes only when the new one is made.
         (Mode::New | Mode::Replace | Mode::Resume, Found::Nothing)
         | (Mode::Replace, _)
         | (Mode::Repair, Found::Bake(_)) => {}
@@ -122,12 +123,13 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
             same(found.manifest(), &all, hint)?;
         }
         (Mode::Add | Mode::Extend, Found::CutOff(there)) => {
-            // Not by terrane clean, which would remove the whole bake beside it too.
+            // The hint does not name `terrane clean`, which would also remove the whole bake beside the one that was
+            // cut off.
             let hint = "another bake was cut off here: go on with that first, or remove the folder .terrane-bake";
             same(Some(there), &all, hint)?;
         }
         (Mode::Add, Found::Bake(there)) => {
-            // What none of the files that are there was written by may be another one now.
+            // Options that no file of the old bake depends on may differ.
             let reads = |option: &str| there.as_ref().is_some_and(|there| there.reads(option));
             let counts = |key: &str| match key {
                 "exports" | "profile" => false,
@@ -160,7 +162,8 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
     })
 }
 
-/// Whether there is room for a bake beside the one that is there. Returns the bytes that it does not need.
+/// Checks that there is room for a bake beside the one that is there. Returns the free bytes that the bake does not
+/// need.
 pub(super) fn spare_room(
     path: &Path,
     mode: Mode,
@@ -171,7 +174,7 @@ pub(super) fn spare_room(
     let refuse = |message: String, hint: &str| Err(Error::Output { path: path.into(), message, hint: hint.into() });
     let elsewhere = "choose another disk with --out, a smaller --size or fewer exports";
     let Some(free) = free_bytes(path) else { return Ok(u64::MAX) };
-    // What a bake that was cut off has left is on the disk already.
+    // The files of a bake that was cut off are on the disk already, and their room is not needed again.
     let told = cost.forecast.as_ref().map_or(0, |forecast| forecast.disk_bytes);
     let needed = told.saturating_sub(if mode == Mode::Replace { 0 } else { size(&path.join(WORK)) });
     if free < needed {
@@ -183,7 +186,7 @@ pub(super) fn spare_room(
             if there > 0 { &frees } else { elsewhere },
         );
     }
-    // Where a folder in it is on a disk of its own, its files are copied there at the end.
+    // If a folder inside is on a disk of its own, its files are copied there at the end, so that disk needs room too.
     for folder in plan.folders() {
         let inside = path.join(folder);
         let needed = cost.forecast.as_ref().map_or(0, |forecast| forecast.folder_bytes(folder));
@@ -200,14 +203,14 @@ pub(super) fn spare_room(
     Ok(free - needed)
 }
 
-/// Whether a plan's region holds all tiles of a bake.
+/// Tells whether a plan's region holds all tiles of a bake.
 fn is_within(there: &Manifest, plan: &Plan<'_>) -> bool {
     let Ok(region) = there.region.region() else { return false };
     let last = region.tile(Place { row: region.rows() - 1, col: region.cols() - 1 });
     [region.at(), last].into_iter().all(|tile| plan.region().place(tile).is_some())
 }
 
-/// What is in a folder.
+/// Looks at the contents of a folder.
 fn found(path: &Path) -> Result<Found, Error> {
     let refuse =
         |message: String| Error::Output { path: path.into(), message, hint: "choose another folder with --out".into() };
@@ -222,13 +225,14 @@ fn found(path: &Path) -> Result<Found, Error> {
     if work.symlink_metadata().is_ok_and(|there| !there.is_dir()) {
         return Err(refuse(format!("has a {WORK} that is no folder")));
     }
-    // Without a plan nothing was begun yet that could be gone on with.
+    // A work folder without a plan holds nothing that a bake could resume.
     if let Ok(plan) = Manifest::read_file(&work.join(PLAN)) {
         return Ok(Found::CutOff(Box::new(plan)));
     }
     let manifest = fs::read(path.join(manifest::PATH)).unwrap_or_default();
     let says = manifest::FORMAT.as_bytes();
-    // One of whatever version, and even if it is damaged, while it or the registry says what it was.
+    // A bake of any version counts, even a damaged one, as long as the manifest or the registry shows that it is a
+    // bake.
     if manifest.windows(says.len()).any(|words| words == says) || told(path).is_ok() {
         return Ok(Found::Bake(Manifest::read(path).ok().map(Box::new)));
     }
@@ -236,7 +240,7 @@ fn found(path: &Path) -> Result<Found, Error> {
     Ok(if is_filled { Found::Others } else { Found::Nothing })
 }
 
-/// Whether a folder is on another file system than the one that it is in.
+/// Tells whether a folder is on another file system than the folder around it.
 fn is_elsewhere(inside: &Path, folder: &Path) -> bool {
     #[cfg(unix)]
     {
@@ -246,7 +250,7 @@ fn is_elsewhere(inside: &Path, folder: &Path) -> bool {
     }
     #[cfg(not(unix))]
     {
-        // Renaming says so when it comes to that.
+        // Here another file system shows only when a rename fails.
         _ = (inside, folder);
         false
     }

@@ -4,18 +4,18 @@
 //!   out/alps/
 //!     .terrane.lock        as long as somebody writes here
 //!     .terrane-bake/       a bake under way, or one that was cut off
-//!       plan.json          its manifest, as far as that is known before there is any file
+//!       plan.json          its manifest, as far as it is known before any file is made
 //!       registry.sqlite, pieces   its journal
 //!       files/             its files, under their names; its manifest comes last, and then all of them move out
-//!       old.json           the manifest of the bake that was here, while they do
+//!       old.json           the manifest of the old bake, while the files move
 //!     bake.json, ...       the bake that is whole
 //! ```
 //!
-//! So a folder has the files of a whole bake, or none. A bake that was here stays whole until the new one is; what happens then
-//! is renames alone, and whoever comes to the folder next ends what was cut off in the middle of them.
+//! So a folder has the files of a whole bake, or none. An old bake stays whole until the new one is whole. Then files
+//! are only renamed. If that is cut off, the next command that uses the folder completes the renames.
 //!
 //! ```text
-//!   found.rs   what is there, and whether a bake may go there     moving.rs   the end of a bake     clean.rs   and of its files
+//!   found.rs   checks before a bake     moving.rs   moves its files to their places     clean.rs   removes a bake
 //! ```
 
 mod clean;
@@ -47,10 +47,10 @@ use crate::file::{PartFile, copy, make_folder, remove_folder, remove_unfinished,
 use crate::registry::{self, Registry};
 use crate::watch::Watch;
 
-/// The folder in that of a bake in which the next one is made.
+/// Work folder inside the folder of a bake, in which the next bake is made.
 const WORK: &str = ".terrane-bake";
 
-/// In that: what is made, its files, and the manifest of the bake that was there before.
+/// In the work folder: the plan of the bake, its files, and the manifest of the old bake.
 const PLAN: &str = "plan.json";
 const FILES: &str = "files";
 const OLD: &str = "old.json";
@@ -59,24 +59,25 @@ const OLD: &str = "old.json";
 #[derive(Debug)]
 pub struct Output {
     path: PathBuf,
-    /// Held as long as the folder is written to.
+    /// Lock that is held as long as the folder is written to.
     lock: Lock,
     mode: Mode,
-    /// The bake that is there.
+    /// Manifest of the whole bake that is there.
     old: Option<Box<Manifest>>,
-    /// Bytes of the disk that the bake does not need for its files, of which what it can go on with may take half.
+    /// Free bytes of the disk that the bake does not need for its files. The journal, from which a bake resumes, may
+    /// take half.
     spare: u64,
     moved: Mutex<Moved>,
-    /// Files of the bake that is there that are not as they were written, once they were looked at.
+    /// Changed files of the bake that is there, once they have been checked.
     changed: OnceLock<BTreeSet<String>>,
 }
 
 impl Output {
-    /// Whether a bake may go to `path` and whether it has room there, without changing anything.
+    /// Checks that a bake may go to `path` and has room there, without changing anything.
     ///
     /// # Errors
-    /// When a bake is writing to it, when it is a file, when what is in it is not what the mode asks for, or when there is too little
-    /// room.
+    /// When a bake is writing to it, when it is a file, when what is in it is not what the mode asks for, or when there
+    /// is too little room.
     pub fn check(path: &Path, mode: Mode, plan: &Plan<'_>, cost: &Cost) -> Result<(), Error> {
         Lock::check(path)?;
         let old = admit(path, mode, plan)?;
@@ -99,11 +100,11 @@ impl Output {
         };
         make_folder(path).map_err(unwritable)?;
         let lock = Lock::take(path).map_err(unwritable)?;
-        // What one has left that was killed as it looked whether files can be written here, just as this one does below.
+        // A run that was killed during the test for writing (below) has left an unfinished file.
         remove_unfinished(path)?;
-        // One that came to its end and was cut off while its files moved.
+        // A finished bake may have been cut off while its files moved.
         let kept = end_moving(path)?;
-        // Another bake may have ended here between the look and the lock.
+        // Another bake may have ended here between the check and the lock.
         let old = admit(path, mode, plan)?;
         let spare = spare_room(path, mode, plan, cost, old.as_deref())?;
         // A file that is begun and dropped shows that files can be written here.
@@ -118,7 +119,7 @@ impl Output {
             }
         }
         let work = path.join(WORK);
-        // The same bake that is whole is repaired, not gone on with.
+        // If the same bake is whole already, it is repaired and not resumed.
         let is_there = old.as_ref().is_some_and(|old| old.differences(&plan.draft(), |_| true).is_empty());
         let mode = if mode == Mode::Resume && is_there { Mode::Repair } else { mode };
         if mode == Mode::Replace || Manifest::read_file(&work.join(PLAN)).is_err() {
@@ -128,7 +129,7 @@ impl Output {
         Ok(Output { path: path.to_owned(), lock, mode, old, spare, moved, changed: OnceLock::new() })
     }
 
-    /// Makes the place in which a bake is made, or cleans what one that was cut off has left in it.
+    /// Makes the folders in which a bake is made, or removes unfinished files of a bake that was cut off.
     pub(super) fn begin(&self, plan: &Plan<'_>) -> Result<Journal, Error> {
         let (work, files) = (self.path.join(WORK), self.files());
         make_folder(&files)?;
@@ -142,17 +143,17 @@ impl Output {
         if !told.exists() {
             write_whole(told, plan.draft().to_json().as_bytes())?;
         }
-        // What is kept of a walk's tiles is needed, and room for it is there.
+        // The tiles of a walk must be kept, and the check for room counts them.
         let room = if plan.walk().is_some() { u64::MAX } else { self.spare / 2 };
         Journal::open(&work, &files, plan.world().stride().vertices(), room)
     }
 
-    /// Where the files of the bake are made.
+    /// Returns the folder in which the files of the bake are made.
     pub(super) fn files(&self) -> PathBuf {
         self.path.join(WORK).join(FILES)
     }
 
-    /// What the one who bakes should know of the folder before.
+    /// Returns a warning to show before the bake, if the file system has no locks.
     pub fn lock_warning(&self) -> Vec<String> {
         let unlocked = "has no locks: let no other bake in it until this one has ended";
         (!self.lock.is_held())
@@ -161,15 +162,16 @@ impl Output {
             .collect()
     }
 
-    /// What the one who bakes should know of the folder when the bake is whole.
+    /// Returns warnings to show after the bake, about files that stood in the way and were renamed.
     pub fn kept_warnings(&self) -> Vec<String> {
         kept_warnings(&locked(&self.moved).kept)
     }
 
-    /// Files of the bake to which something is added that are not as they were written, after a look at each of them.
+    /// Checks the files of the bake to which something is added, and returns those that have changed since they were
+    /// written.
     ///
     /// # Errors
-    /// When one of them is needed: what stays as it is, and the registry.
+    /// When a changed file is needed: a file that stays as it is, or the registry.
     pub(super) fn changed(&self, watch: &Watch) -> Result<&BTreeSet<String>, Error> {
         let Some(old) = self.added_to() else { return Ok(self.changed.get_or_init(BTreeSet::new)) };
         if let Some(known) = self.changed.get() {
@@ -183,11 +185,11 @@ impl Output {
         Ok(self.changed.get_or_init(|| faults.into_iter().map(|fault| fault.path).collect()))
     }
 
-    /// What the one who bakes should know of files that the bake will replace, before it begins: of the one to which something is added
-    /// they are looked at for that.
+    /// Returns warnings to show before the bake, about changed files of the bake to which something is added: the bake
+    /// will rename them. Checks the files for that.
     ///
     /// # Errors
-    /// When one of them is needed, and is not as it was written.
+    /// When a changed file is needed.
     pub fn changed_warnings(&self, watch: &Watch) -> Result<Vec<String>, Error> {
         let will = "is not as terrane has written it, and gets another name when the bake is whole";
         let is_there = |path: &&String| self.path.join(path).symlink_metadata().is_ok();
@@ -195,12 +197,12 @@ impl Output {
         Ok(changed.map(|path| format!("{} {will}", self.path.join(path).display())).collect())
     }
 
-    /// The bake to which something is added.
+    /// Returns the bake to which something is added.
     pub(super) fn added_to(&self) -> Option<&Manifest> {
         self.old().filter(|_| [Mode::Add, Mode::Extend].contains(&self.mode))
     }
 
-    /// What is said of a file of the bake to which something is added, or of all of it.
+    /// Makes the error about a file of the bake to which something is added, or about the whole bake.
     pub(super) fn faulty(&self, path: &str, message: String) -> Error {
         Error::Faulty {
             path: self.path.join(path),
@@ -209,42 +211,42 @@ impl Output {
         }
     }
 
-    /// Files that stood where the bake writes and were not as terrane had written them: where they are now.
+    /// Returns the new paths of files that stood where the bake writes and that terrane had not written like that.
     pub(super) fn kept(&self) -> Vec<PathBuf> {
         locked(&self.moved).kept.clone()
     }
 
-    /// The bake that was there.
+    /// Returns the manifest of the bake that was there.
     pub(super) fn old(&self) -> Option<&Manifest> {
         self.old.as_deref()
     }
 
-    /// What becomes of it.
+    /// Returns the treatment of the bake that was there.
     pub(super) fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// Whether a bake that is there is all that is asked for, and nothing was begun beside it.
+    /// Tells whether there is a whole bake, and none was begun beside it.
     pub(super) fn has_old_alone(&self) -> bool {
         self.old.is_some() && !self.path.join(WORK).exists()
     }
 
-    /// Whether all that was asked for was there already.
+    /// True if all files that were asked for were there already.
     pub fn was_whole(&self) -> bool {
         self.mode == Mode::Repair && locked(&self.moved).new.is_empty()
     }
 
-    /// Files that have other bytes than before, as paths in the folder.
+    /// Returns the files that the bake has written anew, as paths in the folder.
     pub fn renewed(&self) -> Vec<String> {
         locked(&self.moved).new.clone()
     }
 
-    /// How many files were there before with the same bytes, and were not touched.
+    /// Number of files that were there already with the same bytes, and were not touched.
     pub fn untouched(&self) -> u64 {
         locked(&self.moved).same
     }
 
-    /// Moves the files of the finished bake to their places, and removes what is left of the one before.
+    /// Moves the files of the finished bake to their places, and removes the rest of the old bake.
     pub(super) fn commit(&self, new: &Manifest) -> Result<(), Error> {
         self.check_borne_out(new)?;
         write_whole(self.files().join(manifest::PATH), new.to_json().as_bytes())?;
@@ -256,12 +258,12 @@ impl Output {
         Ok(())
     }
 
-    /// Whether what is repaired is the bake that was there. A manifest that is not as it was written may tell of another world: it is
-    /// believed where the files that it lists bear it out.
+    /// Checks that a repair has made the bake that was there. A changed manifest may name another world, so it is
+    /// trusted only if the files in the folder agree with it.
     fn check_borne_out(&self, new: &Manifest) -> Result<(), Error> {
         let Some(old) = self.old().filter(|old| self.mode == Mode::Repair && !old.is_sealed()) else { return Ok(()) };
         let is_known = |record: &FileRecord| old.files.iter().any(|known| known.is_same_file(record));
-        // The registry of a bake whose manifest is damaged lists all but itself.
+        // If the manifest is damaged, the list comes from the registry, which has no row for its own file.
         let is_borne_out = |record: &&FileRecord| is_known(record) || record.fault(&self.path).is_none();
         if new.files.par_iter().all(|record| is_borne_out(&record)) {
             return Ok(());
@@ -274,24 +276,24 @@ impl Output {
         })
     }
 
-    /// Leaves nothing of a bake of which nothing is known that would be worth to go on with.
+    /// Removes the work folder of a bake whose journal has nothing to resume from.
     pub(super) fn abandon(&self, journal: Option<&Journal>) {
         let work = self.path.join(WORK);
-        // One that could not be opened may know something.
+        // A journal that could not be opened may still hold tiles.
         let knows = journal.map_or_else(|| work.join(registry::FILE_NAME).exists(), |journal| !journal.is_empty());
         if !knows {
-            // If it cannot be removed it is gone on with.
+            // If the folder cannot be removed, the next bake resumes from it.
             _ = remove_folder(&work);
         }
     }
 
-    /// Leaves nothing of a bake that cannot come to its end.
+    /// Removes the work folder of a bake that can never be finished.
     pub(super) fn discard(&self) {
-        // If it cannot be removed the next bake is told of it.
+        // If the folder cannot be removed, the next bake finds it and reports it.
         _ = remove_folder(&self.path.join(WORK));
     }
 
-    /// Begins the log of a run, which goes on from that of the bake that it changes.
+    /// Begins the log of a run. The log continues the log of the bake that the run changes.
     pub(super) fn begin_log(&self, threads: usize, device: String) -> Result<Log, Error> {
         let work = self.path.join(WORK);
         make_folder(&work)?;
@@ -302,7 +304,7 @@ impl Output {
         Log::begin(&work, self.mode.name(), threads, device)
     }
 
-    /// Whether there is a bake to go on with.
+    /// Tells whether there is a bake to resume.
     pub fn can_resume(&self) -> bool {
         self.path.join(WORK).exists()
     }
@@ -313,14 +315,13 @@ impl Output {
     }
 }
 
-/// What the user should know of files that stood where a bake writes and were not as terrane had written them.
+/// Returns warnings about files that stood where a bake writes and that terrane had not written like that.
 pub fn kept_warnings(kept: &[PathBuf]) -> Vec<String> {
     let about = "is what terrane had not written, and stood where the bake writes";
     kept.iter().map(|path| format!("{} {about}", path.display())).collect()
 }
 
-/// Ends what was cut off while the files of a finished bake moved to their places. Returns where files are now that stood in their
-/// way.
+/// Completes a move of a finished bake's files that was cut off. Returns the new paths of files that stood in the way.
 pub(super) fn settle(path: &Path) -> Result<Vec<PathBuf>, Error> {
     if !path.join(WORK).exists() {
         return Ok(Vec::new());
@@ -329,7 +330,7 @@ pub(super) fn settle(path: &Path) -> Result<Vec<PathBuf>, Error> {
     end_moving(path)
 }
 
-/// Bytes of all files below a folder.
+/// Returns the bytes of all files below a folder.
 fn size(folder: &Path) -> u64 {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let size = |entry: fs::DirEntry| match entry.metadata() {
@@ -340,14 +341,14 @@ fn size(folder: &Path) -> u64 {
     entries.map(size).sum()
 }
 
-/// The folder in which a bake is made in another one, and what it is to be, if one is under way or was cut off.
+/// Returns the work folder and the plan of a bake that is under way or was cut off.
 pub(super) fn begun(path: &Path) -> Option<(PathBuf, Manifest)> {
     let work = path.join(WORK);
     let plan = Manifest::read_file(&work.join(PLAN)).ok()?;
     Some((work, plan))
 }
 
-/// The registry of the bake in a folder: of one that is whole, or else of one that is under way or was cut off.
+/// Reads the registry of the bake in a folder: of the whole bake, or else of one that is under way or was cut off.
 ///
 /// # Errors
 /// When there is none, or it cannot be read.
@@ -357,10 +358,10 @@ pub fn registry(path: &Path) -> Result<Registry, Error> {
     Registry::read(if !whole.exists() && begun.exists() { &begun } else { &whole })
 }
 
-/// Bytes that are free where a path will be, if the file system says how much room it has: if not it may have enough, and
-/// whether it takes a file shows later.
+/// Returns the free bytes of the file system where a path will be. None if the file system does not tell: then the bake
+/// goes on, and fails later if there is too little room.
 pub(super) fn free_bytes(path: &Path) -> Option<u64> {
-    // The folder may not be there yet: what counts is the disk that it will be on.
+    // The folder may not exist yet; the nearest existing folder above it is on the same disk.
     let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
     let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
     let room = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0)?;

@@ -14,26 +14,26 @@ use crate::export::manifest::{self, Manifest};
 use crate::export::{runs, web};
 use crate::file::{make_folder, path_in, remove, remove_folder, rename, sync_folder, write_whole};
 
-/// What has become of files.
+/// The outcome of moving a bake's files.
 #[derive(Debug, Default)]
 pub(super) struct Moved {
-    /// Those that have new bytes, as paths in the folder.
+    /// Files that have new bytes, as paths in the folder.
     pub new: Vec<String>,
-    /// Those that were here before, with the same bytes.
+    /// Number of files that were here already, with the same bytes.
     pub same: u64,
-    /// What terrane had not written as it was, and stood where the bake writes: where it is now.
+    /// Files in the bake's way that terrane had not written like that, and that were renamed: their new paths.
     pub kept: Vec<PathBuf>,
 }
 
-/// Ends what was cut off while the files of a finished bake moved to their places, in a folder that is locked. Returns where files
-/// are now that stood in their way.
+/// Completes a move of a finished bake's files that was cut off, in a folder that is locked. Returns the new paths of
+/// files that stood in the way.
 pub(super) fn end_moving(path: &Path) -> Result<Vec<PathBuf>, Error> {
     let is_whole = path.join(WORK).join(FILES).join(manifest::PATH).is_file();
     if is_whole { move_files(path).map(|moved| moved.kept) } else { Ok(Vec::new()) }
 }
 
-/// Moves the files of a finished bake to their places. Files in their way that are neither what the bake before has left there nor
-/// what comes there get other names.
+/// Moves the files of a finished bake to their places. A file in the way gets another name, unless it is an unchanged
+/// file of the old bake or has the bytes of the new file.
 pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     let work = path.join(WORK);
     let (files, old) = (work.join(FILES), work.join(OLD));
@@ -42,7 +42,8 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     let before = if old.exists() { Manifest::read_file(&old).ok() } else { Manifest::read(path).ok() };
     let known = before.as_ref().map_or(Vec::new(), |before| before.all_files(path));
     let known: BTreeMap<&str, &FileRecord> = known.iter().map(|record| (&record.path[..], record)).collect();
-    // Those of the new bake that were made, and where they go; lists of others last, for by them these are known.
+    // The files of the new bake that were made, and their places. Lists of files come last, since the listed files are
+    // found by them.
     let mut made: Vec<FileRecord> = new.all_files(&files);
     made.sort_by_key(|record| web::is_listing(&record.path));
     let place = |record: &FileRecord| {
@@ -53,7 +54,7 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
         })
     };
     if !old.exists() {
-        // Before anything moves: what was not here as it is belongs to somebody.
+        // Before anything moves, files that no bake has written as they are get other names: they belong to somebody.
         let stranger = |record: &&FileRecord| {
             let is_known = || known.get(&record.path[..]).is_some_and(|known| known.fault(path).is_none());
             let is_same = || record.fault(path).is_none();
@@ -67,7 +68,7 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
             rename(&from, &to)?;
             moved.kept.push(to);
         }
-        // From here on the folder is no whole bake, and must not look like one.
+        // During the move the folder is no whole bake. Without its manifest it does not look like one.
         match rename(&path.join(manifest::PATH), &old) {
             Err(Error::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 write_whole(old, b"")?;
@@ -80,7 +81,7 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     if work.join(runs::PATH).exists() {
         rename(&work.join(runs::PATH), &path.join(runs::PATH))?;
     }
-    // What is left of the bake before, and nobody has touched.
+    // Unchanged files of the old bake that the new one does not have are removed.
     let there = new.all_files(path);
     let new_paths: BTreeSet<&str> = made.iter().chain(&there).map(|record| &record.path[..]).collect();
     let stale = known.values().filter(|record| !new_paths.contains(&record.path[..]));
@@ -91,7 +92,7 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     let mut folders = vec![path.to_owned()];
     for record in &made {
         let (from, to) = (files.join(&record.path), place(record)?);
-        // Moved already, or a file of the bake before that is one of this one too.
+        // The file has moved already, or the old bake's file is kept.
         if !from.exists() {
             continue;
         }
@@ -120,9 +121,9 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     Ok(moved)
 }
 
-/// Removes the folders of a path that hold nothing now.
+/// Removes the folders of a path that are empty.
 pub(super) fn remove_empty_above(folder: &Path, path: &str) {
     let above = Path::new(path).ancestors().skip(1).filter(|above| !above.as_os_str().is_empty());
-    // One that holds something cannot be removed so.
+    // `remove_dir` fails for folders that are not empty.
     above.take_while(|above| fs::remove_dir(folder.join(above)).is_ok()).for_each(drop);
 }
