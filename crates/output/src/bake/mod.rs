@@ -35,19 +35,22 @@ pub(crate) trait Sink: Send + Sync {
 
     /// Takes a tile: writes the files of this tile alone, and returns the bytes that `append` needs of it.
     ///
-    /// # Errors If a file cannot be written.
+    /// # Errors
+    /// If a file cannot be written.
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error>;
 
     /// Consumes one row of tiles: the bytes kept of each, from west to east. They are empty for a tile that a walk
     /// never reached.
     ///
-    /// # Errors If a file cannot be written.
+    /// # Errors
+    /// If a file cannot be written.
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error>;
 
     /// Finishes the sink's files and gives them their names. Called once, after the last row. Lengthy work begins a
     /// stage of its own.
     ///
-    /// # Errors If a file cannot be written.
+    /// # Errors
+    /// If a file cannot be written.
     fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error>;
 }
 
@@ -75,7 +78,8 @@ pub fn rows_in_flight(region: &Region, threads: usize) -> u64 {
 /// that sinks keep, and one tile per thread: it grows with the width of the region and not with its height. Tiles that
 /// the journal has from an earlier run are not made again.
 ///
-/// # Errors The first error of a sink or of the journal.
+/// # Errors
+/// The first error of a sink or of the journal.
 pub(crate) fn bake(
     (world, maker): (&World, &dyn LandMaker),
     region: &Region,
@@ -119,7 +123,8 @@ fn deliver(
 /// Hands bytes that were kept earlier of all tiles of a region to the same sinks. `read` returns them for some rows of
 /// tiles, tile by tile, and for each tile sink by sink.
 ///
-/// # Errors The first error of a sink, of the journal, or of `read`.
+/// # Errors
+/// The first error of a sink, of the journal, or of `read`.
 pub(crate) fn hand_on(
     region: &Region,
     sinks: &[Box<dyn Sink + '_>],

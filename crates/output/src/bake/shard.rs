@@ -35,7 +35,8 @@ impl Shard {
     /// Returns the tiles of the shard. All shards of a region are equally large, but for a row or a column of tiles,
     /// and as square as possible, because the plan around an edge between two shards is made twice.
     ///
-    /// # Errors If there are more shards than tiles.
+    /// # Errors
+    /// If there are more shards than tiles.
     pub fn region(self, whole: &Region) -> Result<Region, Error> {
         if self.of > whole.tiles() {
             return Err(Error::Option {

@@ -138,7 +138,8 @@ impl Block {
     /// Returns the bytes that each of `sinks` sinks kept of a tile, from what should be the tile's block in the folder
     /// of a shard.
     ///
-    /// # Errors If the block differs from what was written.
+    /// # Errors
+    /// If the block differs from what was written.
     pub fn pieces(&self, tile: TileId, sinks: usize, folder: &Path) -> Result<Vec<Vec<u8>>, Error> {
         let lost =
             || Error::io(folder.join(PATH))(io::Error::new(io::ErrorKind::InvalidData, "is not as it was written"));

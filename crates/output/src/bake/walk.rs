@@ -26,7 +26,8 @@ use crate::world::World;
 /// Memory holds the tiles around the walker and a record of each tile that it has come to; later, the bytes of one row
 /// of tiles.
 ///
-/// # Errors The first error of a sink or of the journal.
+/// # Errors
+/// The first error of a sink or of the journal.
 pub(crate) fn walk(
     (world, maker): (&World, Arc<dyn LandMaker>),
     walk: &Walk,

@@ -10,7 +10,7 @@
 //!   ground.rs     surface, banks and shores -> the ground          cells.rs   the same with every vertex
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
 //!   ribbon.rs     roads -> strips, decks
-//!   footprint.rs  strips, ends of roads -> roads in plan without overlaps         polygon.rs   convex polygons for that
+//!   footprint.rs  strips, ends of roads -> roads in plan without overlaps      polygon.rs   convex polygons for that
 //!   drape.rs      roads in plan, ground -> roads on the ground
 //!   frame.rs      the origin of meshes, and the step that positions are multiples of
 //! ```
@@ -77,7 +77,8 @@ impl Surface {
     /// the same on every machine. With a bound of less than 2^-12 m all vertices are kept. `edge_m` is another,
     /// narrower bound for the edges, so that the tile meets neighbours that are made with that bound.
     ///
-    /// # Panics If the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, if a
+    /// # Panics
+    /// If the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, if a
     /// height is not finite or beyond [`MAX_HEIGHT_M`], and if a bound is not a number.
     pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64, edge_m: Option<f64>) -> Surface {
         let edge_m = edge_m.unwrap_or(bound_m).min(bound_m);

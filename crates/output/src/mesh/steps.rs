@@ -23,7 +23,8 @@ pub struct Steps {
 impl Steps {
     /// Converts the heights of the vertices of `area`.
     ///
-    /// # Panics If the area is not a square of 1 to [`MAX_CELLS`] cells a side, reaches outside of `heights`, or holds
+    /// # Panics
+    /// If the area is not a square of 1 to [`MAX_CELLS`] cells a side, reaches outside of `heights`, or holds
     /// a height that is not finite or beyond [`MAX_HEIGHT_M`].
     pub fn new(heights: &Grid<f32>, area: Area) -> Steps {
         let side = area.width();

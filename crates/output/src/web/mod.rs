@@ -158,9 +158,11 @@ pub struct Written {
 /// when all are; an older `index.html` is removed first. `progress` is called with the number of the plan's tiles that
 /// were done since the last call.
 ///
-/// # Panics If a function returns more or fewer pixels than its view has, or if a layer's name is taken or invalid.
+/// # Panics
+/// If a function returns more or fewer pixels than its view has, or if a layer's name is taken or invalid.
 ///
-/// # Errors Errors of the functions that draw; or if a file cannot be written.
+/// # Errors
+/// Errors of the functions that draw; or if a file cannot be written.
 pub fn write(
     folder: &Path,
     plan: &Plan,

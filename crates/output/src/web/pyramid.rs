@@ -122,7 +122,8 @@ impl Plan {
     /// Plans a pyramid that covers `bounds`. Its finest pixels are about `cell_m` metres wide: between 0.7 and 1.4
     /// times as much, where there is such a zoom level.
     ///
-    /// # Errors If the bounds are empty, beyond what `f64` can tell apart, or across the edge of two squares.
+    /// # Errors
+    /// If the bounds are empty, beyond what `f64` can tell apart, or across the edge of two squares.
     pub fn new(bounds: Bounds, cell_m: f64) -> Result<Plan, Error> {
         let refused = |message: String, hint: &str| Error::Option { message, hint: hint.into() };
         if !(cell_m.is_finite() && cell_m > 0.0) {
@@ -193,7 +194,8 @@ impl Plan {
 
     /// Side length of a pixel in metres.
     ///
-    /// # Panics If there is no such zoom level.
+    /// # Panics
+    /// If there is no such zoom level.
     pub fn pixel_m(&self, zoom: u8) -> f64 {
         assert!(zoom <= self.max_zoom, "zoom {zoom} of {}", self.max_zoom);
         pixel_m(zoom)
@@ -201,7 +203,8 @@ impl Plan {
 
     /// Returns the columns and rows of the tiles of a zoom level.
     ///
-    /// # Panics If there is no such zoom level.
+    /// # Panics
+    /// If there is no such zoom level.
     pub fn places(&self, zoom: u8) -> Area {
         assert!(zoom <= self.max_zoom, "zoom {zoom} of {}", self.max_zoom);
         let side = TILE_PX << (self.max_zoom - zoom);
