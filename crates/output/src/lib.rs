@@ -1,9 +1,9 @@
-//! What terrane makes of its land: meshes, maps, and the files of bakes.
+//! The outputs of terrane: meshes, maps, and the files of bakes.
 //!
-//! The crate `terrane` has these modules under its own name, and tells of all of them; use that. What only its parts need is public
-//! here without being there, and may change with any version.
+//! Use the crate `terrane` instead: it re-exports these modules under its own name, and documents them all. Items that
+//! only the parts of `terrane` need are public here but not there, and may change with any version.
 
-// As if all were one crate: a module has the same path wherever it is named.
+// With these imports a module has the same path in all crates, as if they were one.
 use terrane_engine::{
     agents, area, clock, contour, device, error, features, fluvial, generator, geometry, grid, hash, land, lines,
     memory, places, preset, recipe, simd, stop, tile, walker, watch, world,

@@ -1,40 +1,42 @@
-//! The tile registry: which tiles there are, what started in them, and what came of it.
+//! The tile registry: the tiles that exist, the rivers and roads that start in them, and the results.
 //!
-//! One `registry.sqlite` serves two masters. To a bake it is a log and an index: written beside the exports, never read
-//! by the bake that makes tiles, since a tile needs nothing but the world and its place. Delete it and the same tiles
-//! come back. To the classic walk it is an input: how a tile came out depends on the way of the walker, so what was
-//! decided there must be kept ([`TileRow::record`]) for the tile to come back the same.
+//! One `registry.sqlite` serves two purposes. For a bake it is a log and an index: it is written beside the exports and
+//! never read while tiles are made, since a tile depends only on the world and its place. Without it, the same tiles
+//! come back. For the classic walk it is an input: a tile depends on the way of the walker, so the decisions made there
+//! must be kept ([`TileRow::record`]) for the tile to come back the same.
 //!
-//! The table `tiles` has a row a tile:
+//! The table `tiles` has a row per tile:
 //!
 //! | column | content |
 //! |---|---|
-//! | `x`, `y` | the tile's number; the primary key is `(y, x)`, the order in which a bake makes them |
-//! | `state` | `made` while the bake or the walk is under way, `baked` when all files of a bake are whole, `walked` after a walk |
-//! | `stride` | vertices of the preset's spacing from one vertex of the tile to the next: 1, but in a bake at a scale |
-//! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and where to: `north`, `east`, `south`, `west`; of several the first by id; after a walk where one starts there or comes over the tile's edge; NULL: none |
-//! | `road_x`, `road_y`, `road_direction` | the same of a road |
+//! | `x`, `y` | the tile's number; the primary key is `(y, x)`, the order in which a bake makes tiles |
+//! | `state` | `made` while the bake or the walk is in progress, `baked` when all files of a bake are complete, `walked` after a walk |
+//! | `stride` | vertices of the preset's spacing from one vertex of the tile to the next: 1, except in a bake at a scale |
+//! | `river_x`, `river_y`, `river_direction` | the vertex at which a river starts on the tile, and its direction: `north`, `east`, `south`, `west`; of several rivers the first by id; after a walk, the vertex at which a river starts or crosses the tile's edge; NULL: none |
+//! | `road_x`, `road_y`, `road_direction` | the same for a road |
 //! | `lines` | the ids of all rivers and roads that concern the tile, as a JSON list |
-//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [parts](crate::tile::TilePart) of the tile; NULL for those that it has not, and of a walk that was kept by its records alone |
-//! | `files` | the files that hold the tile, paths in the folder of the bake, as a JSON list |
-//! | `record` | what the classic walk keeps of the tile; NULL in a bake |
+//! | `heights_hash` and others | BLAKE3, 32 bytes each, of the [parts](crate::tile::TilePart) of the tile; NULL for parts that it does not have, and in a walk that was kept by its records alone |
+//! | `files` | the files that hold the tile, as a JSON list of paths in the folder of the bake |
+//! | `record` | the classic walk's record of the tile; NULL in a bake |
 //!
-//! The table `files` has a row a file of the bake, but for the registry itself and the manifest:
+//! The table `files` has a row per file of the bake, except for the registry itself and the manifest:
 //!
 //! | column | content |
 //! |---|---|
-//! | `path` | in the folder of the bake, with `/` between its parts; the primary key |
-//! | `export` | the export that it belongs to |
-//! | `x`, `y` | the tile that it shows; NULL: the region |
-//! | `bytes`, `blake3` | its size and its hash, 32 bytes |
+//! | `path` | path in the folder of the bake, with `/` between its parts; the primary key |
+//! | `export` | the export that the file belongs to |
+//! | `x`, `y` | the tile that the file shows; NULL: the region |
+//! | `bytes`, `blake3` | the file's size and its hash, 32 bytes |
 //!
-//! The table `bake` has one row with `plan`: the manifest as it was before there was any file, which says what was to be baked.
+//! The table `bake` has one row with `plan`: the manifest as it was before any file existed, which says what is to be
+//! baked.
 //!
-//! While a bake is under way its registry has the same tables, in write-ahead mode, and three more, which say what is to be done
-//! yet: `pieces`, where what sinks keep of tiles is; `records`, the manifest's entries of files of tiles; `ended`, which files are
-//! finished. The one that the bake leaves is a plain file of the same bytes whenever and in however many runs it was baked.
+//! While a bake is in progress, its registry has the same tables, in write-ahead mode, and three more for the work that
+//! is still to do: `pieces`, the places of the bytes that sinks keep of tiles; `records`, the manifest's entries for
+//! files of tiles; `ended`, the files that are finished. The registry that a bake leaves is a plain file. It has the
+//! same bytes whenever and in however many runs the bake was made.
 //!
-//! Its `application_id` is [`APPLICATION_ID`] and its `user_version` is [`SCHEMA_VERSION`].
+//! The database's `application_id` is [`APPLICATION_ID`] and its `user_version` is [`SCHEMA_VERSION`].
 
 use std::path::{Path, PathBuf};
 
@@ -50,49 +52,49 @@ use crate::file::{self, FileRecord, Finished, Operation, database, sqlite_error}
 use crate::lines::{Line, LineId, LineKind};
 use crate::tile::{Digest, Tile, TilePart};
 
-/// The file in the folder of a bake or of a walk.
+/// Name of the file in the folder of a bake or of a walk.
 pub const FILE_NAME: &str = "registry.sqlite";
 
-/// The export that the manifest books it under.
+/// Name of the export in the manifest.
 pub(crate) const EXPORT: &str = "registry";
 
-/// The version of the tables, kept as the database's `user_version`. A newer one is refused.
+/// Version of the tables, kept as the database's `user_version`. A registry of any other version is refused.
 pub const SCHEMA_VERSION: i32 = 3;
 
-/// The `application_id` by which the database is known: `TRRG`.
+/// The database's `application_id`: `TRRG`.
 pub const APPLICATION_ID: i32 = i32::from_be_bytes(*b"TRRG");
 
-/// A tile as the registry knows it.
+/// A tile's row in the registry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileRow {
-    /// The tile.
+    /// Number of the tile.
     pub tile: TileId,
-    /// How far it has come.
+    /// Progress of the tile.
     pub state: TileState,
-    /// Vertices of the preset's spacing from one of its vertices to the next.
+    /// Vertices of the preset's spacing from one vertex of the tile to the next.
     pub stride: i64,
-    /// Where a river starts on it, if one does.
+    /// Start of a river on the tile, if one starts there.
     pub river: Option<Start>,
-    /// Where a road starts on it, if one does.
+    /// Start of a road on the tile, if one starts there.
     pub road: Option<Start>,
-    /// The ids of all rivers and roads that concern it.
+    /// Ids of all rivers and roads that concern the tile.
     pub lines: Vec<String>,
-    /// What was made of it.
+    /// Hashes of the parts of the tile.
     pub digest: Option<Digest>,
-    /// The files that hold it: paths in the folder of the bake, with `/` between their parts.
+    /// Files that hold the tile: paths in the folder of the bake, with `/` between their parts.
     pub files: Vec<String>,
-    /// What the classic walk keeps of it.
+    /// The classic walk's record of the tile.
     pub record: Option<Vec<u8>>,
 }
 
-/// How far a tile has come.
+/// Progress of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TileState {
-    /// It is made, and the bake is not whole.
+    /// The tile is made, but the bake or the walk is not complete.
     Made,
-    /// The bake is whole.
+    /// The bake is complete.
     Baked,
-    /// A classic walk has decided it.
+    /// A classic walk has made the tile.
     Walked,
 }
 
@@ -100,7 +102,7 @@ impl TileState {
     /// All states.
     pub const ALL: [TileState; 3] = [TileState::Made, TileState::Baked, TileState::Walked];
 
-    /// The name in the registry.
+    /// Name in the registry.
     pub const fn name(self) -> &'static str {
         match self {
             TileState::Made => "made",
@@ -110,7 +112,7 @@ impl TileState {
     }
 }
 
-/// Where what the sinks keep of a tile is.
+/// Place and hash of the bytes that the sinks keep of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pieces {
     pub at: u64,
@@ -119,7 +121,7 @@ pub(crate) struct Pieces {
 }
 
 impl TileRow {
-    /// The row of a tile of a bake that is not whole yet, at a stride. Which files hold it is not known here.
+    /// Creates the row of a tile of a bake in progress, at a stride. The files that hold the tile are not known here.
     pub(crate) fn of_bake(tile: &Tile, stride: i64) -> TileRow {
         TileRow {
             tile: tile.id(),
@@ -134,7 +136,7 @@ impl TileRow {
         }
     }
 
-    /// The row of a tile of a classic walk, from what the walker keeps of it alone.
+    /// Creates the row of a tile of a classic walk, from the walker's record of the tile alone.
     pub fn of_walk(record: &TileRecord, tile_cells: u32) -> TileRow {
         let area = record.id.area(tile_cells);
         let start = |passage: Passage| Start {
@@ -154,7 +156,7 @@ impl TileRow {
         }
     }
 
-    /// The row of a tile of a walk that is not whole yet, with what was made of it.
+    /// Creates the row of a tile of a walk in progress, with the digest of the tile.
     pub(crate) fn of_walked(tile: &Tile, record: &TileRecord) -> TileRow {
         let cells = tile.area().width() as u32 - 1;
         TileRow {
@@ -165,14 +167,14 @@ impl TileRow {
         }
     }
 
-    /// What a walker keeps of the tile; `None` after a bake, or if the bytes are no record.
+    /// Returns the walker's record of the tile; `None` after a bake, or if the bytes are no record.
     pub fn walk_record(&self) -> Option<TileRecord> {
         TileRecord::from_bytes(self.record.as_deref()?.try_into().ok()?)
     }
 }
 
-/// Where a line of a kind starts on a tile, if one does; of several the first by id. Agents' lines start on the tile that
-/// owns them.
+/// Returns the start of a line of a kind on a tile, if one starts there; of several the first by id. Agents' lines
+/// start on the tile that owns them.
 fn start(tile: &Tile, kind: LineKind) -> Option<Start> {
     let Area { x0, y0, x1, y1 } = tile.area();
     let starts = |id: LineId, [x, y]: [i64; 2]| match id {
@@ -182,20 +184,20 @@ fn start(tile: &Tile, kind: LineKind) -> Option<Start> {
     tile.lines().iter().find(|line| line.kind == kind && starts(line.id, line.origin)).map(|line| Start::of(line))
 }
 
-/// Where a river or a road starts.
+/// The start of a river or a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Start {
-    /// The vertex.
+    /// The vertex at which the line starts.
     pub node: Node,
-    /// Where to from there; `None` for a path that ends where it starts.
+    /// Direction from that vertex; `None` for a path that ends where it starts.
     pub direction: Option<Direction>,
 }
 
 impl Start {
-    /// Where a line starts: its origin, and the axis along which its next points mostly lie.
+    /// Returns the start of a line: its origin, and the axis direction in which its next points mostly lie.
     pub fn of(line: &Line) -> Start {
         let first = line.points[0].place;
-        // A few points on, so that one sidestep of the search does not count as the direction.
+        // Look a few points ahead, so that one sidestep of the search does not count as the direction.
         let ahead = line.points.iter().take(4).next_back().expect("a line has a point").place;
         let (east, south) = (ahead[0] - first[0], ahead[1] - first[1]);
         let towards = match east.abs() >= south.abs() {
@@ -216,7 +218,8 @@ pub struct Registry {
     connection: Connection,
 }
 
-/// The tables. The key of tiles has the order in which a bake makes them, so that its rows are only ever added at the end.
+/// Returns the statements that create the tables. The key of `tiles` has the order in which a bake makes tiles, so that
+/// rows are only ever added at the end.
 fn schema() -> String {
     let hashes = TilePart::ALL.map(|part| format!("{}_hash BLOB, ", part.name())).concat();
     format!(
@@ -249,10 +252,10 @@ fn schema() -> String {
     )
 }
 
-/// What is said of a registry that SQLite finds broken.
+/// Message for a registry that SQLite finds broken.
 const DAMAGED: &str = "is damaged";
 
-/// What a bake under way has besides.
+/// Additional tables of a bake in progress.
 const JOURNAL_SCHEMA: &str = "
     CREATE TABLE IF NOT EXISTS pieces (
         x INTEGER NOT NULL,
@@ -271,23 +274,24 @@ const JOURNAL_SCHEMA: &str = "
     ) STRICT, WITHOUT ROWID;
     CREATE TABLE IF NOT EXISTS ended (sink TEXT PRIMARY KEY, files TEXT NOT NULL) STRICT, WITHOUT ROWID;";
 
-/// A row in the order of the table's columns.
+/// Number of columns of a row in `tiles`.
 const COLUMNS: usize = 13 + TilePart::ALL.len();
 
 impl Registry {
-    /// The registry at `path`, made if it is not there; each batch of rows is safe on the disk once it is in.
+    /// Opens the registry at `path`, and creates it if it does not exist. Each batch of rows is safe on the disk once
+    /// it is written.
     ///
     /// # Errors
-    /// When the file is no registry or one of a newer version, or when it cannot be read or written.
+    /// If the file is no registry or one of another version, or cannot be read or written.
     pub fn open(path: &Path) -> Result<Registry, Error> {
         let connection = database::open(path).map_err(sqlite_error(path))?;
         Registry::checked(path, connection, true)
     }
 
-    /// The registry at `path`, only to be read; it must be there.
+    /// Opens the registry at `path` for reading only; it must exist.
     ///
     /// # Errors
-    /// As for [`open`](Registry::open), and when there is none.
+    /// As for [`open`](Registry::open), and if there is no registry.
     pub fn read(path: &Path) -> Result<Registry, Error> {
         if !path.is_file() {
             return Err(Error::Registry {
@@ -300,8 +304,8 @@ impl Registry {
         Registry::checked(path, connection, false)
     }
 
-    /// The registry of a bake under way, made if it is not there: what is written to it is safe from a crash of the program at
-    /// once, and from one of the machine at the next [`checkpoint`](Registry::checkpoint).
+    /// Opens the registry of a bake in progress, and creates it if it does not exist. Rows are safe from a crash of the
+    /// program at once, and from a crash of the machine after the next [`checkpoint`](Registry::checkpoint).
     pub(crate) fn journal(path: &Path) -> Result<Registry, Error> {
         file::gate(Operation::Create, path)?;
         let connection = database::open(path).map_err(sqlite_error(path))?;
@@ -319,7 +323,7 @@ impl Registry {
         Ok(registry)
     }
 
-    /// Whether an error says that the file is not what was written to it, and not that it cannot be read or written.
+    /// True if an error means that the file is not as it was written, and not that it cannot be read or written.
     pub(crate) fn is_damage(error: &Error) -> bool {
         match error {
             Error::Registry { .. } => true,
@@ -332,8 +336,8 @@ impl Registry {
         }
     }
 
-    /// A registry in an empty file that nobody else knows of yet: without a journal and without waiting for the disk,
-    /// which is for the one who gives the file its name.
+    /// Creates a registry in an empty file that nobody else knows of yet: without a journal and without syncing to the
+    /// disk, which is left to the caller who gives the file its name.
     pub(crate) fn aside(path: &Path) -> Result<Registry, Error> {
         let connection = database::open(path).map_err(sqlite_error(path))?;
         unjournaled(&connection).map_err(sqlite_error(path))?;
@@ -354,7 +358,7 @@ impl Registry {
         // A new file is an empty database.
         if may_create && (application, version, changes) == (0, 0, 0) {
             let create = || {
-                // All at once: a disk that fills up in between would leave a registry without tables.
+                // In one transaction: a disk that fills up in between would leave a registry without tables.
                 let all_at_once = connection.unchecked_transaction()?;
                 all_at_once.pragma_update(None, "application_id", APPLICATION_ID)?;
                 all_at_once.pragma_update(None, "user_version", SCHEMA_VERSION)?;
@@ -373,15 +377,16 @@ impl Registry {
         Ok(Registry { path: path.to_owned(), connection })
     }
 
-    /// Writes rows in one transaction; a tile that is there already gets the new row.
+    /// Writes rows in one transaction. A tile that has a row already gets the new row.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn append(&mut self, rows: impl IntoIterator<Item = TileRow>) -> Result<(), Error> {
         self.write(|connection| rows.into_iter().try_for_each(|row| insert_tile(connection, &row)))
     }
 
-    /// Notes tiles of a bake under way: their rows, their files, and where what sinks keep of them is, if that is anywhere.
+    /// Records tiles of a bake in progress: their rows, their files, and the places of the sinks' pieces, if these are
+    /// kept.
     pub(crate) fn note(
         &mut self,
         tiles: impl IntoIterator<Item = (TileRow, Vec<FileRecord>, Option<Pieces>)>,
@@ -409,7 +414,7 @@ impl Registry {
         })
     }
 
-    /// Writes the rows of files, and what the bake is.
+    /// Writes the rows of files, and the plan of the bake.
     pub(crate) fn append_files(&mut self, files: &[FileRecord], plan: &str) -> Result<(), Error> {
         self.write(|connection| {
             insert_files(connection, files)?;
@@ -418,7 +423,7 @@ impl Registry {
         })
     }
 
-    /// Notes the files that a sink has left at its end.
+    /// Records the files that a sink has left when it finished.
     pub(crate) fn end(&mut self, sink: &str, files: &[FileRecord]) -> Result<(), Error> {
         self.write(|connection| {
             insert_files(connection, files)?;
@@ -426,7 +431,7 @@ impl Registry {
         })
     }
 
-    /// Writes in one transaction.
+    /// Runs `write` in one transaction.
     fn write(&mut self, write: impl FnOnce(&Connection) -> rusqlite::Result<()>) -> Result<(), Error> {
         file::gate(Operation::Write, &self.path)?;
         let write = || {
@@ -437,32 +442,32 @@ impl Registry {
         write().map_err(sqlite_error(&self.path))
     }
 
-    /// Brings all to the disk that is in the write-ahead log.
+    /// Brings everything in the write-ahead log to the disk.
     pub(crate) fn checkpoint(&self) -> Result<(), Error> {
         file::gate(Operation::Sync, &self.path)?;
         let checkpoint = "PRAGMA wal_checkpoint(PASSIVE)";
         self.connection.query_row(checkpoint, (), |_| Ok(())).map_err(sqlite_error(&self.path))
     }
 
-    /// How many tiles there are.
+    /// Number of tiles in the registry.
     ///
     /// # Errors
-    /// When the file cannot be read.
+    /// If the file cannot be read.
     pub fn tiles(&self) -> Result<u64, Error> {
         let count = self.connection.query_row("SELECT count(*) FROM tiles", (), |row| row.get::<_, i64>(0));
         count.map(|count| count as u64).map_err(sqlite_error(&self.path))
     }
 
-    /// What was to be baked, as the manifest says it; none of a walk that was kept by its records alone.
+    /// Returns the plan of the bake, as in the manifest; `None` for a walk that was kept by its records alone.
     pub(crate) fn plan(&self) -> Result<Option<String>, Error> {
         let plan = self.connection.query_row("SELECT plan FROM bake", (), |row| row.get(0)).optional();
         plan.map_err(sqlite_error(&self.path))
     }
 
-    /// Visits all files by path: path, export, tile, size and hash.
+    /// Visits the rows of all files in the order of their paths.
     ///
     /// # Errors
-    /// When the file cannot be read, and the first error of `visit`.
+    /// If the file cannot be read, and the first error of `visit`.
     pub fn for_each_file(&self, mut visit: impl FnMut(FileRow) -> Result<(), Error>) -> Result<(), Error> {
         let wrapped = || sqlite_error(&self.path);
         let mut select = self.connection.prepare_cached("SELECT * FROM files ORDER BY path").map_err(wrapped())?;
@@ -482,7 +487,7 @@ impl Registry {
         Ok(())
     }
 
-    /// Where what sinks keep of a tile is, if that is known.
+    /// Returns the place of the sinks' pieces of a tile, if it is known.
     pub(crate) fn pieces(&self, tile: TileId) -> Result<Option<Pieces>, Error> {
         let find = || {
             let select = "SELECT at, bytes, blake3 FROM pieces WHERE y = ? AND x = ?";
@@ -495,12 +500,12 @@ impl Registry {
         find().map_err(sqlite_error(&self.path))
     }
 
-    /// The files of a tile of a bake under way.
+    /// Returns the files of a tile of a bake in progress.
     pub(crate) fn files_of(&self, tile: TileId) -> Result<Vec<FileRecord>, Error> {
         self.records("SELECT record FROM records WHERE y = ? AND x = ?", &[tile.y, tile.x])
     }
 
-    /// The files of all tiles of a bake under way.
+    /// Returns the files of all tiles of a bake in progress.
     pub(crate) fn tile_files(&self) -> Result<Vec<FileRecord>, Error> {
         self.records("SELECT record FROM records", &[])
     }
@@ -514,17 +519,17 @@ impl Registry {
         find().map_err(sqlite_error(&self.path))
     }
 
-    /// The files that a sink has left at its end, if it has come to that.
+    /// Returns the files that a sink has left when it finished, if it has finished.
     pub(crate) fn ended(&self, sink: &str) -> Result<Option<Vec<FileRecord>>, Error> {
         let find = "SELECT files FROM ended WHERE sink = ?";
         let files = self.connection.query_row(find, [sink], |row| parse_json(row, "files")).optional();
         files.map_err(sqlite_error(&self.path))
     }
 
-    /// The row of a tile, if it has one.
+    /// Returns the row of a tile, if it has one.
     ///
     /// # Errors
-    /// When the file cannot be read.
+    /// If the file cannot be read.
     pub fn row(&self, tile: TileId) -> Result<Option<TileRow>, Error> {
         let find = || {
             let mut select = self.connection.prepare_cached("SELECT * FROM tiles WHERE y = ? AND x = ?")?;
@@ -533,10 +538,10 @@ impl Registry {
         find().map_err(sqlite_error(&self.path))
     }
 
-    /// Visits all rows from north to south and, of those in a line, from west to east, without holding them.
+    /// Visits all rows from north to south, and those of equal `y` from west to east, without keeping them in memory.
     ///
     /// # Errors
-    /// When the file cannot be read, and the first error of `visit`.
+    /// If the file cannot be read, and the first error of `visit`.
     pub fn for_each(&self, mut visit: impl FnMut(TileRow) -> Result<(), Error>) -> Result<(), Error> {
         let wrapped = || sqlite_error(&self.path);
         let mut select = self.connection.prepare_cached("SELECT * FROM tiles ORDER BY y, x").map_err(wrapped())?;
@@ -546,10 +551,10 @@ impl Registry {
         Ok(())
     }
 
-    /// All rows, in the order of [`for_each`](Registry::for_each).
+    /// Returns all rows, in the order of [`for_each`](Registry::for_each).
     ///
     /// # Errors
-    /// When the file cannot be read.
+    /// If the file cannot be read.
     pub fn rows(&self) -> Result<Vec<TileRow>, Error> {
         let mut rows = Vec::new();
         self.for_each(|row| {
@@ -559,33 +564,33 @@ impl Registry {
         Ok(rows)
     }
 
-    /// Closes the file, so that it may be moved.
+    /// Closes the file, so that it can be moved.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn close(self) -> Result<(), Error> {
         let Registry { path, connection } = self;
         connection.close().map_err(|(_, error)| sqlite_error(path)(error))
     }
 }
 
-/// A file as the registry knows it.
+/// A file's row in the registry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileRow {
     /// Path in the folder of the bake, with `/` between its parts.
     pub path: String,
-    /// The export that it belongs to.
+    /// The export that the file belongs to.
     pub export: String,
-    /// The tile that it shows; none: the region.
+    /// The tile that the file shows; `None` for the region.
     pub tile: Option<TileId>,
     /// Size in bytes.
     pub bytes: u64,
-    /// The hash of its bytes.
+    /// BLAKE3 hash of the file's bytes.
     pub blake3: blake3::Hash,
 }
 
 impl FileRow {
-    /// The entry of the manifest, as far as the registry knows it.
+    /// Converts the row to an entry of the manifest, as far as the registry knows the file.
     pub(crate) fn record(self) -> FileRecord {
         let finished = Finished { bytes: self.bytes, blake3: self.blake3 };
         FileRecord { tile: self.tile, ..FileRecord::new(self.path, &self.export, finished) }
@@ -636,7 +641,8 @@ fn parse_json<T: serde::de::DeserializeOwned>(row: &Row, column: &str) -> rusqli
     serde_json::from_str(&text).map_err(|error| damaged(row, column, error))
 }
 
-/// Tells SQLite that its file is lost anyway if the program ends early, and fixes what bytes depend on.
+/// Turns off SQLite's journal and syncing, since the file is lost anyway if the program ends early; and fixes the page
+/// size, on which the file's bytes depend.
 pub(crate) fn unjournaled(connection: &Connection) -> rusqlite::Result<()> {
     connection.pragma_update(None, "page_size", 4096)?;
     connection.pragma_update_and_check(None, "journal_mode", "OFF", |_| Ok(()))?;
@@ -706,7 +712,7 @@ mod tests {
         registry.append([tile_row(i64::MAX, i64::MIN), tile_row(0, 0)]).unwrap();
         let expected = [tile_row(i64::MAX, i64::MIN), tile_row(0, 0), tile_row(-2, 1), tile_row(3, 1)];
         assert_eq!(registry.rows().unwrap(), expected);
-        // Opened again it goes on where it was.
+        // A registry that is opened again goes on where it stopped.
         registry.close().unwrap();
         let mut registry = Registry::open(&path).unwrap();
         let changed = TileRow { record: Some(vec![7; 40]), ..tile_row(0, 0) };
@@ -731,13 +737,13 @@ mod tests {
         std::fs::write(&path, "a text that is no database at all, and long enough to be one. ".repeat(20)).unwrap();
         refused(Registry::read(&path), "no tile registry");
         refused(Registry::open(&path), "no tile registry");
-        // Somebody else's database, and an empty file.
+        // A database of another program, and an empty file.
         std::fs::remove_file(&path).unwrap();
         Connection::open(&path).unwrap().execute_batch("CREATE TABLE mine (a)").unwrap();
         refused(Registry::open(&path), "no tile registry");
         std::fs::write(&path, "").unwrap();
         refused(Registry::read(&path), "no tile registry");
-        // One that a newer program has written.
+        // A registry that a newer program has written.
         let registry = Registry::open(&path).unwrap();
         registry.connection.pragma_update(None, "user_version", SCHEMA_VERSION + 1).unwrap();
         registry.close().unwrap();

@@ -1,9 +1,9 @@
-//! The journal of a bake: what is known of its tiles, so that a bake that was cut off goes on where it was.
+//! The journal of a bake: everything known of its tiles, so that an interrupted bake goes on where it stopped.
 //!
-//! It is two files in the folder in which a bake is made. The registry has a row a tile and a row a file, from the first tile on;
-//! `pieces` has what the sinks keep of each tile until they append it. A tile whose pieces are there, and whose files are, is not
-//! made again. Nothing is trusted because it is there: of all that is read the hash is compared, so neither order nor haste of the
-//! disk matters, and nothing has to be waited for.
+//! The journal is two files in the folder in which a bake is made. The registry has a row per tile and a row per file,
+//! from the first tile on; `pieces` has the bytes that the sinks keep of each tile until they append them. A tile is
+//! not made again if its pieces and its files are there. Presence alone proves nothing: everything read is checked by
+//! its hash. So the order and the delay in which the disk writes do not matter, and nothing has to wait for it.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
@@ -20,59 +20,60 @@ use crate::file::{self, FileRecord, Operation};
 use crate::registry::{FILE_NAME, Pieces, Registry, TileRow};
 use crate::tile::Tile;
 
-/// The file of what sinks keep, beside the registry.
+/// Name of the file of the sinks' pieces, beside the registry.
 const PIECES: &str = "pieces";
 
-/// Pieces of a tile that are kept whatever they cost: they are what only some bytes are known of.
+/// Bytes of a tile's pieces up to which they are kept, however quickly the tile was made: so few bytes are always worth
+/// keeping.
 const ALWAYS_KEPT: usize = 1 << 16;
 
-/// Bytes of pieces for which a second of making is worth to be kept: land that is made faster than a disk takes what comes of it
-/// is made again sooner than it is read.
+/// Bytes of pieces that are worth keeping per second of making the tile. Land that is made faster than a disk takes its
+/// pieces is made again sooner than read.
 const BYTES_FOR_A_SECOND: f64 = 50e6;
 
-/// The least time from one wait for the disk to the next: so much work a power cut may cost, beside what is in flight.
+/// Least time between two waits for the disk. A power cut may cost as much work as this, beside the work in flight.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Tiles of another bake that are noted together.
+/// Number of tiles of another bake that are recorded together.
 const NOTED_AT_ONCE: usize = 1 << 10;
 
-/// The journal of a bake under way.
+/// The journal of a bake in progress.
 pub(crate) struct Journal {
-    /// Where the files of the bake are made.
+    /// The folder in which the files of the bake are made.
     files: PathBuf,
     path: PathBuf,
     stride: i64,
-    /// Bytes that pieces may take.
+    /// Largest size in bytes of the file of pieces.
     room: u64,
-    /// Tiles that were made, and those that were known.
+    /// Numbers of tiles that were made, and of tiles that were recalled from earlier runs.
     counts: [AtomicU64; 2],
     state: Mutex<State>,
 }
 
-/// What each sink kept of a tile, and the files of the tile.
+/// The pieces that the sinks kept of a tile, and the files of the tile.
 type Known = (Vec<Vec<u8>>, Vec<FileRecord>);
 
 struct State {
     registry: Registry,
     pieces: File,
-    /// Where the next pieces go.
+    /// Position in the file at which the next pieces are written.
     end: u64,
-    /// What is not in the registry yet.
+    /// Tiles that are not in the registry yet.
     waiting: Vec<(TileRow, Vec<FileRecord>, Option<Pieces>)>,
     synced: Instant,
 }
 
 impl Journal {
-    /// The journal in a folder, with what earlier runs have left there, of a bake at a stride whose files are made in the folder
-    /// `files`. Pieces take `room` bytes of the disk at most.
+    /// Opens the journal in a folder, with everything that earlier runs have left there. The bake has a stride, and its
+    /// files are made in the folder `files`. Pieces take `room` bytes of the disk at most.
     ///
     /// # Errors
-    /// When its files cannot be opened or made.
+    /// If the files of the journal cannot be opened or made.
     pub fn open(folder: &Path, files: &Path, stride: i64, room: u64) -> Result<Journal, Error> {
         let path = folder.join(PIECES);
         let known = folder.join(FILE_NAME);
         let registry = match Registry::journal(&known) {
-            // Of tiles that nobody can tell of none is known: the bake begins anew.
+            // A damaged registry tells nothing of any tile, so the bake begins anew.
             Err(error) if Registry::is_damage(&error) => {
                 for ending in ["", "-wal", "-shm"] {
                     file::remove(&folder.join(format!("{FILE_NAME}{ending}")))?;
@@ -84,7 +85,7 @@ impl Journal {
         file::gate(Operation::Create, &path)?;
         let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let mut pieces = opened.map_err(Error::io(&path))?;
-        // Behind whatever a killed run has written and not told of.
+        // Start behind anything that a killed run has written but not recorded.
         let end = pieces.seek(SeekFrom::End(0)).map_err(Error::io(&path))?;
         let state = State { registry, pieces, end, waiting: Vec::new(), synced: Instant::now() };
         Ok(Journal {
@@ -97,12 +98,14 @@ impl Journal {
         })
     }
 
-    /// A stop or a panic elsewhere leaves the state as it was between two tiles.
+    /// Locks the state. A poisoned lock does no harm: a stop or a panic elsewhere leaves the state as it was between
+    /// two tiles.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What each of so many sinks kept of a tile in an earlier run, if all of it is there and so are the tile's files.
+    /// Returns the pieces that each of `sinks` sinks kept of a tile in an earlier run, if they and all files of the
+    /// tile are intact.
     pub fn recall(&self, tile: TileId, sinks: usize) -> Result<Option<Vec<Vec<u8>>>, Error> {
         let Some((pieces, files)) = self.read(tile, sinks)? else { return Ok(None) };
         if files.iter().any(|file| file.fault(&self.files).is_some()) {
@@ -112,28 +115,29 @@ impl Journal {
         Ok(Some(pieces))
     }
 
-    /// What each of so many sinks kept of a tile that this run has noted or recalled.
+    /// Returns the pieces that each of `sinks` sinks kept of a tile, which this run has recorded or recalled.
     ///
     /// # Errors
-    /// When it cannot be read any more.
+    /// If the pieces cannot be read any more.
     pub fn pieces(&self, tile: TileId, sinks: usize) -> Result<Vec<Vec<u8>>, Error> {
         let lost = || Error::io(&self.path)(io::Error::new(io::ErrorKind::InvalidData, "is not as it was written"));
         self.read(tile, sinks)?.map(|(pieces, _)| pieces).ok_or_else(lost)
     }
 
-    /// What each of so many sinks kept of a tile, if that is as it was written, and the files of the tile, which may not be.
+    /// Returns the pieces that each of `sinks` sinks kept of a tile, if they are intact, and the files of the tile,
+    /// unchecked.
     fn read(&self, tile: TileId, sinks: usize) -> Result<Option<Known>, Error> {
         let mut state = self.state();
         let Some(Pieces { at, bytes, blake3 }) = state.registry.pieces(tile)? else { return Ok(None) };
         let mut read = || {
-            // No more than there can be, whatever the registry says.
+            // Read no more than there is in the file, whatever the registry says.
             let length = state.pieces.metadata()?.len();
             let mut kept = vec![0; bytes.min(length.saturating_sub(at)) as usize];
             state.pieces.seek(SeekFrom::Start(at))?;
             state.pieces.read_exact(&mut kept)?;
             Ok(kept)
         };
-        // What cannot be read is as little known as what was never there.
+        // Pieces that cannot be read count as unknown.
         let read: io::Result<Vec<u8>> = read();
         let Ok(kept) = read else { return Ok(None) };
         let files = state.registry.files_of(tile)?;
@@ -148,18 +152,18 @@ impl Journal {
         Ok((pieces.len() == sinks).then_some((pieces, files)))
     }
 
-    /// Notes a tile that took so long, and returns the pieces that the sinks keep of it.
+    /// Records a tile that took the time `spent` to make, and returns the pieces that the sinks keep of it.
     pub fn record(&self, tile: &Tile, kept: Vec<Kept>, spent: Duration) -> Result<Vec<Vec<u8>>, Error> {
         let is_worth = |bytes: usize| bytes <= ALWAYS_KEPT || (bytes as f64) < BYTES_FOR_A_SECOND * spent.as_secs_f64();
         self.put(TileRow::of_bake(tile, self.stride), kept, is_worth)
     }
 
-    /// Notes a tile of a walk, which is not made twice: the pieces that the sinks keep of it are there until the end.
+    /// Records a tile of a walk. Its pieces stay until the end, because a walk makes no tile twice.
     pub fn record_walked(&self, tile: &Tile, record: &TileRecord, kept: Vec<Kept>) -> Result<(), Error> {
         self.put(TileRow::of_walked(tile, record), kept, |_| true).map(drop)
     }
 
-    /// Notes a tile, with its pieces if there is room for them and so many bytes are worth it.
+    /// Records a tile. Its pieces are kept if there is room for them and if so many bytes are worth it.
     fn put(&self, row: TileRow, kept: Vec<Kept>, is_worth: impl Fn(usize) -> bool) -> Result<Vec<Vec<u8>>, Error> {
         let mut files = Vec::new();
         let mut pieces = Vec::with_capacity(kept.len());
@@ -168,7 +172,7 @@ impl Journal {
             pieces.push(kept.piece);
         }
         let bytes: usize = pieces.iter().map(Vec::len).sum();
-        // Before anybody has to wait for the file.
+        // Hash before taking the lock, so that no thread waits for the hash.
         let hash = is_worth(bytes).then(|| hash_of(&pieces, &row, &files));
         let mut state = self.state();
         let stored = match hash {
@@ -180,8 +184,8 @@ impl Journal {
         Ok(pieces)
     }
 
-    /// Takes over a tile of another bake, with files that are there, of which so many sinks have nothing more to know.
-    /// It is known from the next [`save`](Journal::save) on.
+    /// Records a tile of another bake whose files exist. `sinks` sinks have no pieces of it. The tile is known from the
+    /// next [`save`](Journal::save) on.
     pub fn adopt(&self, row: TileRow, files: Vec<FileRecord>, sinks: usize) -> Result<(), Error> {
         let nothing = vec![Vec::new(); sinks];
         let mut state = self.state();
@@ -194,7 +198,7 @@ impl Journal {
         state.registry.note(waiting)
     }
 
-    /// Writes the pieces of a tile behind all others.
+    /// Writes the pieces of a tile to the end of the file.
     fn keep(&self, state: &mut State, pieces: &[Vec<u8>], blake3: blake3::Hash) -> Result<Pieces, Error> {
         let at = state.end;
         file::gate(Operation::Write, &self.path)?;
@@ -210,7 +214,7 @@ impl Journal {
         Ok(Pieces { at, bytes: state.end - at, blake3 })
     }
 
-    /// Brings to the registry what it has not yet, and to the disk now and then.
+    /// Writes waiting tiles to the registry, and from time to time syncs everything to the disk.
     pub fn save(&self) -> Result<(), Error> {
         let mut state = self.state();
         let waiting = std::mem::take(&mut state.waiting);
@@ -224,28 +228,28 @@ impl Journal {
         Ok(())
     }
 
-    /// The files that a sink left when it ended in an earlier run, if all of them are whole.
+    /// Returns the files that a sink left when it finished in an earlier run, if all of them are intact.
     pub fn ended(&self, sink: &str) -> Result<Option<Vec<FileRecord>>, Error> {
         let files = self.state().registry.ended(sink)?;
         Ok(files.filter(|files| files.iter().all(|file| file.fault(&self.files).is_none())))
     }
 
-    /// Notes the files that a sink has left at its end.
+    /// Records the files that a sink has left when it finished.
     pub fn end(&self, sink: &str, files: &[FileRecord]) -> Result<(), Error> {
         self.state().registry.end(sink, files)
     }
 
-    /// The files of single tiles.
+    /// Returns the files of single tiles.
     pub fn tile_files(&self) -> Result<Vec<FileRecord>, Error> {
         self.state().registry.tile_files()
     }
 
-    /// How many tiles this run has made, and how many it had from earlier ones.
+    /// Numbers of tiles that this run has made, and of tiles that it recalled from earlier runs.
     pub fn counts(&self) -> [u64; 2] {
         self.counts.each_ref().map(|count| count.load(Ordering::Relaxed))
     }
 
-    /// Whether no tile is known.
+    /// True if no tile is known.
     pub fn is_empty(&self) -> bool {
         let state = self.state();
         state.waiting.is_empty() && state.registry.tiles().unwrap_or(0) == 0
@@ -257,14 +261,14 @@ impl Journal {
     }
 }
 
-/// What the registry knows of a tile, as a text that is another one if any of it is.
+/// Returns everything that the registry knows of a tile as text. The text differs if any of it differs.
 fn told(row: &TileRow, files: &[FileRecord]) -> String {
     let mut files: Vec<String> = files.iter().map(|file| format!("{file:?}")).collect();
     files.sort_unstable();
     format!("{row:?} {files:?}")
 }
 
-/// The hash of pieces as they are written, and of what the registry knows of their tile.
+/// Returns the hash of pieces, as they are written, and of everything that the registry knows of their tile.
 fn hash_of(pieces: &[Vec<u8>], row: &TileRow, files: &[FileRecord]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for piece in pieces {

@@ -1,5 +1,5 @@
-//! The disk, as all that writes sees it: whatever changes files or folders goes through here, so that tests can have a disk that
-//! is full, broken or read-only at any operation they like.
+//! The disk as the rest of the program sees it. Everything that changes files or folders goes through here, so that
+//! tests can simulate a disk that is full, broken or read-only at any operation.
 
 use std::fs::{self, File};
 use std::io;
@@ -8,30 +8,30 @@ use std::path::Path;
 use crate::error::Error;
 use crate::file::PartFile;
 
-/// What is done to the disk.
+/// An operation on the disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Operation {
-    /// To make or open a file.
+    /// Make or open a file.
     Create,
-    /// To write to it.
+    /// Write to a file.
     Write,
-    /// To wait until it is on the disk.
+    /// Wait until a file is on the disk.
     Sync,
-    /// To give it another name.
+    /// Rename a file.
     Rename,
-    /// To remove it.
+    /// Remove a file.
     Remove,
-    /// To make a folder.
+    /// Make a folder.
     Folder,
 }
 
-/// Who decides whether something can be done.
+/// Decides whether an operation succeeds.
 pub(crate) trait Disk: Send + Sync {
-    /// How many bytes an operation may take of those that it would; 0 for one that takes none.
+    /// Returns the number of bytes, of `bytes`, that an operation may write; 0 for an operation that writes none.
     fn allow(&self, operation: Operation, path: &Path, bytes: usize) -> io::Result<usize>;
 }
 
-/// The disk as it is.
+/// The real disk, which allows everything.
 struct Plain;
 
 impl Disk for Plain {
@@ -40,7 +40,7 @@ impl Disk for Plain {
     }
 }
 
-/// How many bytes an operation may take.
+/// Returns the number of bytes that an operation may write.
 pub(crate) fn allow(operation: Operation, path: &Path, bytes: usize) -> io::Result<usize> {
     #[cfg(test)]
     if let Some(double) = double::at(path) {
@@ -49,25 +49,25 @@ pub(crate) fn allow(operation: Operation, path: &Path, bytes: usize) -> io::Resu
     Plain.allow(operation, path, bytes)
 }
 
-/// Lets an operation pass that a library does by itself.
+/// Checks an operation that a library then does by itself.
 ///
 /// # Errors
-/// When it cannot be done.
+/// If the disk refuses it.
 pub(crate) fn gate(operation: Operation, path: &Path) -> Result<(), Error> {
     allow(operation, path, 0).map(drop).map_err(Error::io(path))
 }
 
-/// Makes a folder and those that it is in; it may be there already.
+/// Makes a folder and its parents; the folder may exist already.
 ///
 /// # Errors
-/// When the disk refuses it.
+/// If the disk refuses it.
 pub fn make_folder(path: &Path) -> Result<(), Error> {
     gate(Operation::Folder, path)?;
     fs::create_dir_all(path).map_err(Error::io(path))
 }
 
-/// Gives a file another name, in one step; what has that name is gone. Where that is on another file system the file is copied
-/// there first.
+/// Renames a file in one step, and replaces a file that has the new name. If the new name is on another file system,
+/// the file is copied there first.
 pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), Error> {
     gate(Operation::Rename, to)?;
     match fs::rename(from, to) {
@@ -79,7 +79,7 @@ pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), Error> {
     }
 }
 
-/// Removes a file; one that is not there is no mistake.
+/// Removes a file, if it exists.
 pub(crate) fn remove(path: &Path) -> Result<(), Error> {
     gate(Operation::Remove, path)?;
     match fs::remove_file(path) {
@@ -88,22 +88,23 @@ pub(crate) fn remove(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Gives a file a second name, or where the file system knows no such thing makes a copy; what has that name is gone.
+/// Gives a file a second name, or makes a copy where the file system has no hard links. A file that has the new name is
+/// replaced.
 pub(crate) fn link(from: &Path, to: &Path) -> Result<(), Error> {
-    // First: it may be that very file already, of which a copy would leave nothing.
+    // Remove the old file first: it may already be the same file, and copying a file onto itself would leave nothing.
     remove(to)?;
     gate(Operation::Create, to)?;
     fs::hard_link(from, to).or_else(|_| copy(from, to))
 }
 
-/// Copies a file; what has that name is gone.
+/// Copies a file, and replaces a file that has the new name.
 pub(crate) fn copy(from: &Path, to: &Path) -> Result<(), Error> {
     let mut copy = PartFile::create(to.to_owned())?;
     io::copy(&mut File::open(from).map_err(Error::io(from))?, &mut copy).map_err(Error::io(to))?;
     copy.finish().map(drop)
 }
 
-/// Removes a folder with all that is in it, following no link; it may not be there.
+/// Removes a folder with everything in it, if it exists. Links are not followed.
 pub(crate) fn remove_folder(path: &Path) -> Result<(), Error> {
     gate(Operation::Remove, path)?;
     match fs::remove_dir_all(path) {
@@ -112,10 +113,10 @@ pub(crate) fn remove_folder(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Brings a folder's list of names to the disk, so that renamed files keep their names after a power cut.
+/// Syncs a folder's list of names to the disk, so that renamed files keep their names after a power cut.
 ///
 /// # Errors
-/// When the disk refuses it.
+/// If the disk refuses it.
 pub fn sync_folder(folder: &Path) -> Result<(), Error> {
     gate(Operation::Sync, folder)?;
     if cfg!(unix) {
@@ -143,7 +144,7 @@ mod tests {
     }
 }
 
-/// Disks of tests, each that of a folder.
+/// Simulated disks for tests, each for one folder.
 #[cfg(test)]
 pub(crate) mod double {
     use std::path::PathBuf;
@@ -158,7 +159,7 @@ pub(crate) mod double {
         doubles.iter().find(|(folder, _)| path.starts_with(folder)).map(|(_, disk)| disk.clone())
     }
 
-    /// What is done with a folder that is on another disk meanwhile.
+    /// Runs `work` while a folder is on a simulated disk.
     pub(crate) fn with<T>(folder: &Path, disk: Arc<dyn Disk>, work: impl FnOnce() -> T) -> T {
         DOUBLES.write().unwrap().push((folder.to_owned(), disk));
         let result = work();

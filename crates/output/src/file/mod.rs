@@ -1,4 +1,4 @@
-//! Files that are either whole or not there.
+//! Files that are either complete or do not exist.
 
 pub(crate) mod database;
 mod disk;
@@ -20,20 +20,20 @@ use tempfile::NamedTempFile;
 use crate::error::Error;
 use crate::stop;
 
-/// Wraps what SQLite said about a database.
+/// Wraps an error of SQLite about a database.
 pub(crate) fn sqlite_error(path: impl AsRef<Path>) -> impl FnOnce(rusqlite::Error) -> Error {
     move |error| Error::Io { path: path.as_ref().to_owned(), source: io::Error::other(error) }
 }
 
-/// What the names of unfinished files end with; they begin with a dot.
+/// Ending of the names of unfinished files; their names begin with a dot.
 const UNFINISHED: &str = ".part";
 
-/// Bytes of a file that are read back at once: in about a millisecond.
+/// Bytes of a file that are read back at once, which takes about a millisecond.
 const HASHED_AT_ONCE: u64 = 1 << 20;
 
-/// A file under way: written beside its final name, renamed when whole, removed when dropped before that.
+/// A file in progress: written beside its final name, renamed when complete, and removed if it is dropped before that.
 ///
-/// Its hash is taken of the bytes as they pass, so that nothing is read back unless the writer has gone back in it.
+/// The hash is taken of the bytes as they pass, so nothing is read back unless the writer has gone back in the file.
 pub(crate) struct PartFile {
     path: PathBuf,
     file: BufWriter<Gated>,
@@ -43,36 +43,36 @@ pub(crate) struct PartFile {
 }
 
 impl PartFile {
-    /// Begins the file that will be at `path`.
+    /// Creates the file that will be at `path`.
     pub fn create(path: PathBuf) -> Result<PartFile, Error> {
         let (folder, name) = (path.parent().unwrap_or(Path::new(".")), path.file_name().unwrap_or_default());
         let mut builder = tempfile::Builder::new();
         let prefix = format!(".{}.", name.to_string_lossy());
-        // In the same folder, since only within a file system a rename is a single step.
+        // In the same folder, because a rename is a single step only within a file system.
         builder.prefix(&prefix).suffix(UNFINISHED);
-        // Like any file that a program makes, not as private as temporary files are by default.
+        // With the permissions of any new file; temporary files are more private by default.
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
         gate(Operation::Create, &path)?;
         let file = Gated(builder.tempfile_in(folder).map_err(Error::io(&path))?);
-        // Rows come in small pieces; half a mebibyte a system call is where larger buffers stop paying.
+        // Rows come in small pieces. Buffers larger than half a mebibyte per system call do not pay.
         let file = BufWriter::with_capacity(1 << 19, file);
         Ok(PartFile { path, file, hasher: blake3::Hasher::new(), bytes: 0, rewritten: false })
     }
 
-    /// Where the file will be.
+    /// Final path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where the file is for now, for a library that opens files by itself; it must have closed it before
-    /// [`finish`](PartFile::finish).
+    /// Returns the path of the unfinished file, for a library that opens files by itself. The library must close the
+    /// file before [`finish`](PartFile::finish).
     pub fn lend(&mut self) -> &Path {
         self.rewritten = true;
         self.file.get_ref().0.path()
     }
 
-    /// Brings the bytes to the disk and gives the file its name.
+    /// Syncs the bytes to the disk and gives the file its name.
     pub fn finish(mut self) -> Result<Finished, Error> {
         let finished = self.seal().map_err(Error::io(&self.path))?;
         let file = self.file.into_inner().map_err(IntoInnerError::into_error);
@@ -87,16 +87,16 @@ impl PartFile {
         let Gated(file) = self.file.get_mut();
         disk::allow(Operation::Sync, &self.path, 0)?;
         let file = file.as_file_mut();
-        // Before the new name, or after a power cut there may be a name without the bytes.
+        // Sync before the rename, or after a power cut there may be a name without the bytes.
         file.sync_all()?;
         if !self.rewritten {
             return Ok(Finished { bytes: self.bytes, blake3: self.hasher.finalize() });
         }
-        // Somebody else wrote, or went back: the bytes that passed are not those of the file.
+        // Another writer wrote, or the writer went back: the bytes that passed are not the file's bytes.
         let mut hasher = blake3::Hasher::new();
         let length = file.seek(SeekFrom::End(0))?;
         file.seek(SeekFrom::Start(0))?;
-        // Part by part, for a long file takes long.
+        // Part by part, so that a stop is noticed in a long file.
         while hasher.update_reader(Read::by_ref(file).take(HASHED_AT_ONCE))?.count() < length {
             stop::check();
         }
@@ -104,7 +104,7 @@ impl PartFile {
     }
 }
 
-/// A file whose writing the [disk] may refuse.
+/// A file to which the [disk] may refuse to write.
 struct Gated(NamedTempFile);
 
 impl Write for Gated {
@@ -142,28 +142,28 @@ impl Write for PartFile {
 impl Seek for PartFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let position = self.file.seek(to)?;
-        // To ask for the position is a seek too, and changes nothing.
+        // Asking for the position is a seek too, and changes nothing.
         self.rewritten |= position != self.bytes;
         Ok(position)
     }
 }
 
-/// Writes a whole small file at once.
+/// Writes a small file at once.
 ///
 /// # Errors
-/// When the disk refuses it; then there is no such file, or the one that was there before.
+/// If the disk refuses it. Then the file does not exist, or is as it was.
 pub fn write_whole(path: PathBuf, content: &[u8]) -> Result<Finished, Error> {
     let mut file = PartFile::create(path)?;
     file.write_all(content).map_err(Error::io(file.path()))?;
     file.finish()
 }
 
-/// Removes what a killed bake has left in a folder; it may not be there.
+/// Removes the unfinished files of a killed bake from a folder, if the folder exists.
 ///
 /// # Errors
-/// When the disk refuses it.
+/// If the disk refuses it.
 pub fn remove_unfinished(folder: &Path) -> Result<(), Error> {
-    // A folder that is not there has nothing left in it.
+    // A folder that does not exist has no leftovers.
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
     for entry in entries.flatten() {
         let name = entry.file_name();

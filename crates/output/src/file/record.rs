@@ -1,4 +1,4 @@
-//! What a bake says of each file that it leaves.
+//! The record of a file in the manifest of a bake.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -18,7 +18,7 @@ const PIECE: usize = 1 << 20;
 pub struct FileRecord {
     /// Path in the folder of the bake, with `/` between its parts.
     pub path: String,
-    /// The export that it belongs to; `registry` for the tile registry, which every bake has.
+    /// The export that the file belongs to; `registry` for the tile registry, which every bake has.
     pub export: String,
     /// Rasters: pixels from west to east.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -26,18 +26,18 @@ pub struct FileRecord {
     /// Rasters: pixels from north to south.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height: Option<u64>,
-    /// Rasters: what each channel holds.
+    /// Rasters: the content of each channel.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
-    /// Meshes of one tile: what they show.
+    /// Meshes of one tile: facts about the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshRecord>,
-    /// Files of one tile: its true number in the world.
+    /// Files of one tile: the tile's true number in the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tile: Option<TileId>,
     /// Size in bytes.
     pub bytes: u64,
-    /// BLAKE3 hash of its bytes, in hexadecimal.
+    /// BLAKE3 hash of the file's bytes, in hexadecimal.
     pub blake3: String,
 }
 
@@ -46,7 +46,7 @@ pub struct FileRecord {
 pub struct MeshRecord {
     /// Level of detail; 0 is every vertex.
     pub lod: u32,
-    /// Metres that no vertex of the raster lies above or below the mesh, but for those under water.
+    /// Largest distance in metres of the raster's vertices above or below the mesh, except for vertices under water.
     pub error_m: f64,
     /// Vertices of the land.
     pub vertices: u64,
@@ -59,7 +59,7 @@ pub struct MeshRecord {
 }
 
 impl FileRecord {
-    /// The record of a file that holds no raster, no mesh and no one tile.
+    /// Creates the record of a file that holds no raster, no mesh and not just one tile.
     pub(crate) fn new(path: String, export: &str, finished: Finished) -> FileRecord {
         FileRecord {
             path,
@@ -74,13 +74,14 @@ impl FileRecord {
         }
     }
 
-    /// Whether another record is of the same file with the same bytes, however much each says of what it shows.
+    /// True if another record is of the same file with the same bytes, whatever else the two say about the content.
     pub(crate) fn is_same_file(&self, other: &FileRecord) -> bool {
         let key = |record: &FileRecord| (record.path.clone(), record.export.clone(), record.tile, record.bytes);
         key(self) == key(other) && self.blake3 == other.blake3
     }
 
-    /// What is wrong with the file in the folder of a bake; nothing if its bytes are those that were written.
+    /// Returns a description of what is wrong with the file in the folder of a bake; `None` if its bytes are as they
+    /// were written.
     pub(crate) fn fault(&self, folder: &Path) -> Option<String> {
         let Some(path) = path_in(folder, &self.path) else {
             return Some("leads out of the folder, or over a link".into());
@@ -102,7 +103,7 @@ impl FileRecord {
     }
 }
 
-/// The path of a file of a bake; none where that would lead out of the folder, or over a link.
+/// Returns the path of a file of a bake; `None` if the path leads out of the folder or over a link.
 pub(crate) fn path_in(folder: &Path, path: &str) -> Option<PathBuf> {
     let parts = Path::new(path);
     let is_plain = !path.is_empty()
@@ -132,9 +133,9 @@ fn hash_of(path: &Path) -> io::Result<blake3::Hash> {
 
 /// The size and the hash of a finished file.
 pub struct Finished {
-    /// Its size.
+    /// Size in bytes.
     pub bytes: u64,
-    /// The hash of them.
+    /// BLAKE3 hash of the bytes.
     pub blake3: blake3::Hash,
 }
 

@@ -121,7 +121,7 @@ impl Frame {
     }
 }
 
-/// Returns the origin of a region's meshes if none is asked for: of all vertices that are multiples of [`ORIGINS`], the
+/// Returns the origin of a region's meshes if none is asked for: of all vertices that are multiples of `ORIGINS`, the
 /// nearest one to the middle of the region. Near the origin of the world, that is the origin of the world.
 pub fn default_origin(region: &Region) -> [i64; 2] {
     middle(region).map(|at| (at + ORIGINS / 2).div_euclid(ORIGINS) * ORIGINS)

@@ -10,7 +10,7 @@
 //!   ground.rs     surface, banks and shores -> the ground          cells.rs   the same with every vertex
 //!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
 //!   ribbon.rs     roads -> strips, decks
-//!   footprint.rs  strips, ends of roads -> roads in plan without overlaps         polygon.rs   convex polygons for that
+//!   footprint.rs  strips, ends of roads -> roads in plan without overlaps      polygon.rs   convex polygons for that
 //!   drape.rs      roads in plan, ground -> roads on the ground
 //!   frame.rs      the origin of meshes, and the step that positions are multiples of
 //! ```

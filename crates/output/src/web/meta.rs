@@ -34,7 +34,7 @@ pub(super) struct Described {
 
 impl Described {
     /// Describes the archive `title`. It has `scale` pixels per pixel of the plan, and its tiles are cut into those of
-    /// `further` zoom levels below.
+    /// `further` zoom levels deeper.
     pub fn new(plan: &Plan, meta: &Meta, title: &str, scale: u32, further: u8) -> Described {
         Described {
             name: format!("{} ({title})", meta.name),
