@@ -99,7 +99,8 @@ def check_aspect(bake, checks):
     off = np.abs((aspect - expected + 180) % 360 - 180)[~level]
     checks.check(off.max() < 0.1, "largest distance of the aspect from numpy's gradient, degrees", f"{off.max():.4f}")
     off = np.abs((grey * 360 / 256 - aspect + 180) % 360 - 180)[~level]
-    checks.check(off.max() < 1.5, "largest distance of the picture of aspect from its values, degrees", f"{off.max():.4f}")
+    # Half a step of 360 / 256, and a whole one more at north, since 0 is level.
+    checks.check(off.max() < 2.2, "largest distance of the picture of aspect from its values, degrees", f"{off.max():.4f}")
 
 
 def check_steepness(bake, checks):
