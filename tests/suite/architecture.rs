@@ -85,7 +85,7 @@ fn imports_are_found_in_braces_and_beside_test_modules() {
 }
 
 /// The most blocks of documentation, in a hundred, that may open with a word that names nothing. It may only fall.
-const MOST_NAMELESS: f64 = 3.0;
+const MOST_NAMELESS: f64 = 0.5;
 
 #[test]
 fn documentation_opens_with_the_thing() {
@@ -111,5 +111,4 @@ fn documentation_opens_with_the_thing() {
     }
     let share = nameless.len() as f64 * 100.0 / f64::from(blocks);
     assert!(share <= MOST_NAMELESS, "{share:.1} of 100, with\n{}", nameless.join("\n"));
-    assert!(share > MOST_NAMELESS - 1.0, "it is {share:.1} of 100 now: lower the bound");
 }
