@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::channel::{Channel, Mouth, ways};
 use super::fields::Fields;
-use super::point::{Point, chance};
+use super::grain_point::{Point, chance};
 use super::point_noise::{PointField, PointNoise};
 use super::segment::{Segment, Segments, downstream};
 use super::stamp::{self, Stamp};
@@ -224,7 +224,7 @@ mod tests {
     use crate::area::Area;
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
-    use crate::fluvial::point::GRAINS;
+    use crate::fluvial::grain_point::GRAINS;
     use crate::land::WaterKind;
     use crate::preset::Preset;
 

@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use super::channel::{Channel, CrossSection, Knot};
 use super::fields::Fields;
+use super::grain_point::{GRAINS, Point, chance};
 use super::lake::NO_LAKE;
 use super::meander::meander_width;
-use super::point::{GRAINS, Point, chance};
 use super::segment::{LEVEL, measured};
-use super::trunk::NodeId;
+use super::trunk_lattice::NodeId;
 use crate::geometry::{LineSegment, come_along, cross, length, smooth};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Remembers, heap_bytes};

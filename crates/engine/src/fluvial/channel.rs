@@ -1,7 +1,7 @@
 //! Channels: the middle lines of valleys, from a head down to a mouth.
 
-use super::point::{self, GRAINS, Point};
-use super::trunk::NodeId;
+use super::grain_point::{self, GRAINS, Point};
+use super::trunk_lattice::NodeId;
 use crate::geometry::come;
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
@@ -215,7 +215,7 @@ pub fn ways(knots: &[Knot]) -> Vec<f64> {
 }
 
 fn bounds(knots: &[Knot]) -> [Point; 2] {
-    point::around(knots.iter().map(|knot| knot.at), 0.0).expect("a channel has knots")
+    grain_point::around(knots.iter().map(|knot| knot.at), 0.0).expect("a channel has knots")
 }
 
 #[cfg(test)]

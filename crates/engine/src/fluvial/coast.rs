@@ -4,7 +4,7 @@
 //! Rivers that run to the coast read the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
-use super::point::Point;
+use super::grain_point::Point;
 use super::valley::Hillsides;
 use super::warp::Displaced;
 use crate::area::Area;

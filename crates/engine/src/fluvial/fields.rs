@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::point::{AROUND, GRAINS, Point};
+use super::grain_point::{AROUND, GRAINS, Point};
 use super::point_noise::{PointField, PointNoise};
 use super::potential::Potential;
 use super::settings::{CoastSettings, FluvialSettings};

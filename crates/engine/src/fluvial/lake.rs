@@ -7,9 +7,9 @@
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
-use super::point::{Point, chance};
+use super::grain_point::{Point, chance};
 use super::segment::rise;
-use super::trunk::NodeId;
+use super::trunk_lattice::NodeId;
 use crate::geometry::smooth;
 use crate::hash::Draw;
 use crate::lines::LakeId;

@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::fields::Fields;
-use super::point::GRAINS;
+use super::grain_point::GRAINS;
 use crate::geometry::{LineSegment, cross, dot, length};
 
 /// Least length of a meander, in widths of its river.

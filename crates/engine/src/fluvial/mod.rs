@@ -21,26 +21,27 @@
 //! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
 //! stage reads to make an area.
 //!
-//! The modules, in the order of that diagram: `point_noise`, `potential`, `fields` and `lift` hold the laws. `trunk` is
-//! the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course` make their lines, `lake`
-//! their lakes, and `branches` their oxbows and side arms. `tributary_course` and `tributary` make all other channels,
-//! and `network` finds channels and their `segment`s by place. `warp`, `valley`, `valley_side`, `gullies`, the `stamp`s
-//! (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them. `rivers` and
-//! `strahler` know whole rivers, and `survey` measures the land for planning roads. At coarse strides, `rest` is the
-//! mean relief of brooks too fine to show, and `mean` averages finer nodes where even trunks are too fine.
+//! The modules, in the order of that diagram: `point_noise`, `potential`, `fields` and `strata_and_ceiling` hold the
+//! laws. `trunk_lattice` is the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course` make
+//! their lines, `lake` their lakes, and `branches` their oxbows and side arms. `tributary_course` and `tributary` make
+//! all other channels, and `network` finds channels and their `segment`s by place. `warp`, `valley`, `valley_side`,
+//! `gullies`, the `stamp`s (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters
+//! of them. `rivers` and `strahler` know whole rivers, and `survey` measures the land for planning roads. At coarse
+//! strides, `brook_relief` is the mean relief of brooks too fine to show, and `node_means` averages finer nodes where
+//! even trunks are too fine.
 
 pub mod settings;
-pub mod point;
+pub mod grain_point;
 mod point_noise;
 mod potential;
 pub mod fields;
-mod lift;
-mod wander;
+mod strata_and_ceiling;
+mod course_offsets;
 mod meander;
-pub mod trunk;
+pub mod trunk_lattice;
 pub mod channel;
 pub mod segment;
-mod above;
+mod segments_above;
 mod barrier;
 mod lake;
 mod trunk_curve;
@@ -51,7 +52,7 @@ mod tributary;
 mod branches;
 pub mod network;
 mod warp;
-mod rest;
+mod brook_relief;
 mod valley_side;
 mod valley;
 mod gullies;
@@ -62,7 +63,7 @@ mod coast;
 mod skerries;
 mod breach;
 mod water;
-mod mean;
+mod node_means;
 pub mod rivers;
 mod strahler;
 pub mod survey;
@@ -78,19 +79,19 @@ use crate::memory::Remembers;
 use crate::names::Names;
 use crate::simd::dispatch;
 use barrier::Barriers;
+use brook_relief::{Rest, RestLaw};
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
+use grain_point::{GRAINS, Point};
 use gullies::Gullies;
-use lift::Lift;
-use mean::Means;
 use moraine::Moraines;
 use network::{Network, ShownChannels};
-use point::{GRAINS, Point};
-use rest::{Rest, RestLaw};
+use node_means::Means;
 use rivers::RiverMemories;
 use segment::{Reach, Segments};
 use settings::FluvialSettings;
 use skerries::{AreaSkerries, Skerries};
+use strata_and_ceiling::Lift;
 use valley::{FillValleys, Hillsides, Valleys};
 use warp::{Displaced, Warp};
 use water::{FillWater, LAKE_DEPTH, ShownRivers};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
-use super::point::{Point, chance};
+use super::grain_point::{Point, chance};
 use super::point_noise::{PointField, PointNoise};
 use super::segment::{LEVEL, Segments, downstream};
 use super::stamp::{self, Stamp};

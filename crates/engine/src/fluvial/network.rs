@@ -14,17 +14,17 @@
 
 use std::sync::Arc;
 
-use super::above::{self, Above, Asked, AsksAbove, Patch, PatchId};
 use super::branches::Branches;
 use super::channel::Channel;
 use super::fields::{Fields, most_area};
+use super::grain_point::{Point, overlap};
 use super::lake;
-use super::point::{Point, overlap};
 use super::segment::{Reach, Segments, segments_of, touches, widened};
+use super::segments_above::{self, Above, Asked, AsksAbove, Patch, PatchId};
 use super::tributary::Tributaries;
 use super::tributary_course;
-use super::trunk::Trunks;
 use super::trunk_course::{self, TrunkCourses};
+use super::trunk_lattice::Trunks;
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
 
@@ -198,8 +198,8 @@ impl Network {
 
 impl AsksAbove for Network {
     fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above {
-        let origin = above::origin(&self.fields, rectangle[0]);
-        let ids = (0..level).flat_map(|level| above::patches(&self.fields, level, rectangle, asked, origin));
+        let origin = segments_above::origin(&self.fields, rectangle[0]);
+        let ids = (0..level).flat_map(|level| segments_above::patches(&self.fields, level, rectangle, asked, origin));
         let patches = ids.map(|id| self.patch(id)).collect();
         Above { origin, patches }
     }
@@ -216,9 +216,9 @@ impl AsksAbove for Network {
 #[cfg(test)]
 mod tests {
     use crate::fluvial::Fluvial;
-    use crate::fluvial::above::AsksAbove;
     use crate::fluvial::channel::Mouth;
-    use crate::fluvial::point::Point;
+    use crate::fluvial::grain_point::Point;
+    use crate::fluvial::segments_above::AsksAbove;
     use crate::preset::Preset;
 
     #[test]

@@ -1,6 +1,6 @@
 //! The potential of a world with rivers: water flows from high potential to low.
 
-use super::point::Point;
+use super::grain_point::Point;
 use super::point_noise::{PointField, PointNoise, rounded};
 use crate::hash::Stream;
 

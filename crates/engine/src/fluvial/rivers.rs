@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
-use super::above::AsksAbove;
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::fields::{COAST_STEP, most_area, river_depth_m};
+use super::grain_point::{GRAINS, Point};
 use super::lake::{Hollow, NO_LAKE};
-use super::point::{GRAINS, Point};
+use super::segments_above::AsksAbove;
 use super::strahler::{Strahler, locate};
-use super::trunk::neighbours;
+use super::trunk_lattice::neighbours;
 use super::valley;
 use crate::area::Area;
 use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineEnd, LineId, LineKind, LinePoint};

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::channel::{Channel, ChannelPlace, CrossSection, Knot};
 use super::fields::{Fields, across};
+use super::grain_point::{GRAINS, Point};
 use super::lake;
 use super::meander::meander_width;
-use super::point::{GRAINS, Point};
 use crate::geometry::{LineSegment, cross, length, lerp, smooth};
 use crate::memory::heap_bytes;
 

@@ -5,7 +5,7 @@
 //! floor.
 
 use super::fields::Fields;
-use super::point::{GRAINS, Point, chance};
+use super::grain_point::{GRAINS, Point, chance};
 use super::point_noise::{PointField, PointNoise};
 use crate::area::Area;
 use crate::geometry::{length, smooth};

@@ -5,7 +5,7 @@
 //! short that every area within the reach does know the channel.
 
 use super::fields::Fields;
-use super::point::{GRAINS, Point};
+use super::grain_point::{GRAINS, Point};
 use super::valley;
 use super::warp::Displaced;
 use crate::area::Area;

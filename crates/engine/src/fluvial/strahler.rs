@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Fluvial;
-use super::above::AsksAbove;
 use super::channel::{Channel, Mouth};
-use super::point::Point;
-use super::trunk::{NodeId, neighbours};
+use super::grain_point::Point;
+use super::segments_above::AsksAbove;
+use super::trunk_lattice::{NodeId, neighbours};
 use crate::geometry::LineSegment;
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers, heap_bytes};

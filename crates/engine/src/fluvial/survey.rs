@@ -7,8 +7,8 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::grain_point::{self, GRAINS, Point, overlap};
 use crate::fluvial::network::ShownChannels;
-use crate::fluvial::point::{self, GRAINS, Point, overlap};
 use crate::fluvial::segment::{Reach, Segments};
 use crate::fluvial::{Detail, Fluvial, SLOPE_STEP};
 use crate::geometry::{length, lerp};
@@ -176,7 +176,7 @@ impl Survey for Fluvial {
             // Few pieces come to the area that is asked about. The rest lie in the margin from which others may be bent
             // into the area.
             let aside = BENDS * length(piece.along) + GRAINS as f64;
-            let around = point::around([first, last.1], aside).expect("there are two");
+            let around = grain_point::around([first, last.1], aside).expect("there are two");
             if !overlap(around, asked) {
                 continue;
             }

@@ -11,10 +11,10 @@ use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::preset::Preset;
-use above::AsksAbove;
 use channel::{Channel, Knot};
-use point::GRAINS;
+use grain_point::GRAINS;
 use segment::Segment;
+use segments_above::AsksAbove;
 use survey::{RiverPiece, Survey};
 
 const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };

@@ -3,16 +3,16 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use super::above::{self, Above, Asked, AsksAbove};
 use super::channel::{Channel, Knot, Mouth};
+use super::course_offsets;
 use super::fields::{BESIDE, Fields, most_area};
+use super::grain_point::{Point, chance, overlap};
 use super::lake::{self, Hollow, NO_LAKE};
-use super::point::{Point, chance, overlap};
 use super::segment::{Bounds, Circle, INCISION, Segment, bed_in, cut_into, measured, nearly_below, rise, segments_of};
+use super::segments_above::{self, Above, Asked, AsksAbove};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
-use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_curve::DROWNED_SLOPE;
-use super::wander;
+use super::trunk_lattice::{LEAST_SLOPE, NodeId};
 use crate::geometry::{LineSegment, length, lerp, lines};
 use crate::hash::{self, Draw};
 use crate::lines::ChannelId;
@@ -147,7 +147,7 @@ impl Tributaries {
         let cell = self.fields.side(id.0) as f64;
         let [low, high] = channel.bounds();
         let seen = [low.moved([-cell; 2]), high.moved([cell; 2])];
-        let origin = above::origin(&self.fields, low);
+        let origin = segments_above::origin(&self.fields, low);
         let others = self.touching(id.0, seen, above).into_iter().filter(|other| *other != id);
         let others = others.filter_map(|other| self.free(other, above)).filter(|other| overlap(other.bounds(), seen));
         let others: Vec<Arc<Channel>> = others.collect();
@@ -272,19 +272,19 @@ impl Tributaries {
         let straight: Vec<[f64; 2]> = (0..=segments)
             .map(|step| [0, 1].map(|axis| from[axis] + way[axis] * (step as f64 / segments as f64)))
             .collect();
-        let shares = wander::offsets(hash::network_level(self.seed, level), id, segments);
+        let shares = course_offsets::offsets(hash::network_level(self.seed, level), id, segments);
         let offsets: Vec<f64> = shares.iter().map(|share| share * length(way)).collect();
         let most = offsets.iter().map(|offset| offset.abs()).fold(0.0, f64::max);
-        let rooms = wander::rooms(&straight, around, most);
+        let rooms = course_offsets::rooms(&straight, around, most);
         let offsets: Vec<f64> = offsets.iter().zip(rooms).map(|(offset, room)| offset.clamp(-room, room)).collect();
-        let wandered = wander::moved(&straight, &offsets);
+        let wandered = course_offsets::moved(&straight, &offsets);
         // Channels of the finest level, the most numerous by far, are not rounded: their segments are as short as cut
         // corners would be. Of the others, those with water are rounded twice, because corners of water show.
         let times = match level + 1 == self.fields.levels() {
             true => 0,
             false => 1 + usize::from(self.fields.is_wet(most_area(level))),
         };
-        let wandered = (0..times).fold(wandered, |places, _| wander::rounded(&places));
+        let wandered = (0..times).fold(wandered, |places, _| course_offsets::rounded(&places));
         // If the room was misjudged between two knots, the straight course is used instead.
         let crosses = |line: &LineSegment| around.iter().any(|other| other.crosses(line));
         if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered }

@@ -6,13 +6,13 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::above::{Above, Asked, AsksAbove, Near};
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
+use super::course_offsets;
 use super::fields::{Fields, INTO_SEA, most_area};
-use super::point::{self, GRAINS, Point, chance, overlap};
+use super::grain_point::{self, GRAINS, Point, chance, overlap};
 use super::segment::{Bounds, MOST_LEAN, Segment, downstream, rise};
-use super::trunk::NodeId;
-use super::wander;
+use super::segments_above::{Above, Asked, AsksAbove, Near};
+use super::trunk_lattice::NodeId;
 use crate::geometry::{LineSegment, dot, length, lerp};
 use crate::hash::{self, Draw};
 use crate::lines::{ChannelId, LakeId};
@@ -91,7 +91,7 @@ const INNER: f64 = 0.8;
 
 /// Returns the radius in grains around its head that a tributary of a level never leaves.
 pub fn reach(fields: &Fields, level: u32) -> f64 {
-    (1.0 + wander::MOST_ASIDE) * fields.longest_tributary(level) + into_sea()
+    (1.0 + course_offsets::MOST_ASIDE) * fields.longest_tributary(level) + into_sea()
 }
 
 /// Returns the largest number of grains by which a tributary that runs on into the sea is longer than its course.
@@ -218,7 +218,7 @@ impl Draft {
 
     /// Returns the bounding box of the ways, widened to all sides by a share of the draft's length.
     fn around(&self, share: f64) -> [Point; 2] {
-        point::around(self.points(), share * self.longest()).expect("a way has ends")
+        grain_point::around(self.points(), share * self.longest()).expect("a way has ends")
     }
 }
 
@@ -296,7 +296,8 @@ impl Courses {
                 let reach = (1.0 + aside) * longest + into_sea();
                 overlap([-reach, reach].map(|by| head.moved([by; 2])), rectangle)
             };
-            let may_touch = comes(0.0) || !are_straight && comes(wander::MOST_ASIDE) && comes(self.most_aside(id));
+            let may_touch =
+                comes(0.0) || !are_straight && comes(course_offsets::MOST_ASIDE) && comes(self.most_aside(id));
             if may_touch
                 && let Some(draft) = self.draft(id, cell, above)
                 && overlap(draft.bounds, rectangle)
@@ -356,7 +357,7 @@ impl Courses {
 
     /// Returns the largest distance of a cell's channel from its straight course, as a share of the course's length.
     fn most_aside(&self, (level, x, y): ChannelId) -> f64 {
-        wander::most_aside(hash::network_level(self.seed, level), (x, y), self.fields.segments_a_channel(level))
+        course_offsets::most_aside(hash::network_level(self.seed, level), (x, y), self.fields.segments_a_channel(level))
     }
 
     /// Returns the point at which the tributary of a cell begins if there is land, or `None` if chance leaves the cell

@@ -8,15 +8,15 @@
 use std::sync::Arc;
 
 use super::channel::{Channel, Knot, Mouth};
+use super::course_offsets;
 use super::delta;
 use super::fields::Fields;
+use super::grain_point::{self, Point, chance};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
-use super::point::{self, Point, chance};
 use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
-use super::trunk::{Drained, LEAST_SLOPE, Look, NodeId, Trunks, neighbours};
 use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
-use super::wander;
+use super::trunk_lattice::{Drained, LEAST_SLOPE, Look, NodeId, Trunks, neighbours};
 use crate::geometry::{LineSegment, lerp, lines, smooth};
 use crate::hash::{self, Draw};
 use crate::lines::LakeId;
@@ -109,7 +109,7 @@ impl TrunkCourses {
     /// the course need not be made.
     pub fn bounds(nodes: &Look, id: NodeId) -> Option<[Point; 2]> {
         let (from, to) = (nodes.node(id).at, nodes.node(nodes.drained(id).to?).at);
-        point::around([from, to], (BULGE + MOST_ROOM) * from.distance(to))
+        grain_point::around([from, to], (BULGE + MOST_ROOM) * from.distance(to))
     }
 
     /// Returns the trunk from a node straight to the next node downstream, or to the sea; `None` for a sink.
@@ -238,7 +238,7 @@ impl TrunkCourses {
         // If a course wandered in stretches shorter than its meanders, it would have corners.
         let longest = meanders.iter().map(|meander| meander.wave).fold(0.0, f64::max) * last as f64 / from.distance(to);
         let stretch = (WANDER_SEGMENTS.max((WANDER_WAVES * longest).ceil() as usize)).next_power_of_two().min(last / 2);
-        let mut offsets = wander::smooth_offsets(self.seed, id, last, stretch);
+        let mut offsets = course_offsets::smooth_offsets(self.seed, id, last, stretch);
         for step in 0..=last {
             // Towards the ends, wandering fades out: trunks that meet at a node pass through it in one direction.
             let (end, meander) = (step.min(last - step) as f64 / last as f64, &mut meanders[step]);
@@ -251,9 +251,9 @@ impl TrunkCourses {
             let left = room - swing.min(MEANDER_ROOM * room);
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
-        wander::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
+        course_offsets::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
         let width = meander_width(&self.fields, trunk.knots[last].area);
-        let course = wander::moved(&course, &offsets);
+        let course = course_offsets::moved(&course, &offsets);
         let ends = trunk.next.map(|(to, _)| directions(&nodes, id, to));
         let ends = [0, 1].map(|end| ends.map(|ends| ends[end]));
         let places = meander::line(&course, ends, &meanders, width);
@@ -359,7 +359,7 @@ fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
     let last = course.len() - 1;
     let step = (last / ROOMS).max(1);
     let coarse: Vec<[f64; 2]> = course.iter().copied().step_by(step).collect();
-    let rooms = wander::rooms(&coarse, around, most);
+    let rooms = course_offsets::rooms(&coarse, around, most);
     let around = |values: &[f64], at: usize| values[at.max(2) - 2..(at + 3).min(values.len())].to_vec();
     // The least room of each place and of its neighbours.
     let least: Vec<f64> =

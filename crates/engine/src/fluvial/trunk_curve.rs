@@ -2,9 +2,9 @@
 
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
+use super::grain_point::Point;
 use super::lake::NO_LAKE;
-use super::point::Point;
-use super::trunk::{Drained, Look, NodeId, neighbours};
+use super::trunk_lattice::{Drained, Look, NodeId, neighbours};
 use crate::geometry::{LineSegment, come_along, cross, dot, length, lines};
 
 /// Slope of a bed that goes on under the sea: just enough that it falls. Chosen by eye.

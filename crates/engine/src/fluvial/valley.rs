@@ -9,9 +9,9 @@
 //! changes nothing. There are four steps, each with the segments that the one before has left: those that may be lowest
 //! in a block of patches, in a quarter of the block, in a patch, and the lowest at a vertex.
 
+use super::brook_relief::{LaneRest, Rest};
 use super::fields::Fields;
-use super::point::{GRAINS, Point};
-use super::rest::{LaneRest, Rest};
+use super::grain_point::{GRAINS, Point};
 use super::segment::{Reach, Segments};
 use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
 use crate::area::Area;

@@ -2,7 +2,7 @@
 //! segment.
 
 use super::fields::Fields;
-use super::point::GRAINS;
+use super::grain_point::GRAINS;
 use super::segment::{LEVEE, LEVEE_FALLS, LEVEE_RISES, LEVEL, Reach, Segment};
 use crate::geometry::lerp;
 use crate::simd::{MAX_LANES, Simd};

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use crate::area::{Area, Stride};
 use crate::fluvial::fields::Fields;
-use crate::fluvial::point::{GRAINS, Point};
+use crate::fluvial::grain_point::{GRAINS, Point};
 use crate::geometry::length;
 use crate::hash::{self, Stream};
 use crate::memory::{Memory, Remembers};

@@ -1,10 +1,10 @@
 //! Water: cuts beds into the land, and fills in rivers, lakes and the sea.
 
 use super::fields::{Fields, river_depth_m};
-use super::lift::Lift;
-use super::point::{GRAINS, Point};
+use super::grain_point::{GRAINS, Point};
 use super::segment::{Segment, Segments};
 use super::skerries::AreaSkerries;
+use super::strata_and_ceiling::Lift;
 use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
@@ -556,7 +556,7 @@ mod tests {
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
     use crate::fluvial::channel::Channel;
-    use crate::fluvial::point::GRAINS;
+    use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::segment::segments_of;
     use crate::preset::Preset;
 

@@ -6,7 +6,7 @@
 //! Based on: A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, 1982 (midpoint
 //! displacement).
 
-use super::point::chance;
+use super::grain_point::chance;
 use crate::geometry::{LineSegment, length};
 use crate::hash::Draw;
 

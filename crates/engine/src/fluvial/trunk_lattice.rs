@@ -16,7 +16,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
-use super::point::{AROUND, Point, chance};
+use super::grain_point::{AROUND, Point, chance};
 use crate::hash::Draw;
 use crate::memory::{Memory, Remembers, heap_bytes};
 

@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use super::channel::Channel;
 use super::fields::Fields;
+use super::grain_point::{Point, overlap};
 use super::lake;
-use super::point::{Point, overlap};
 use super::segment::{Bounds, Reach, Segment, segments_of, widened};
-use super::trunk::NodeId;
+use super::trunk_lattice::NodeId;
 use crate::geometry::length;
 use crate::lines::ChannelId;
 use crate::memory::heap_bytes;
@@ -262,8 +262,8 @@ impl Above {
 mod tests {
     use super::*;
     use crate::fluvial::Fluvial;
+    use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::network::ShownChannels;
-    use crate::fluvial::point::GRAINS;
     use crate::preset::Preset;
 
     #[test]
