@@ -35,7 +35,7 @@ use crate::area::{Area, Stride, TileId};
 use crate::clock::{Clock, stage};
 use crate::grid::Grid;
 use crate::land::{Land, Water};
-use crate::lines::{Bed, Imprint, Line, Lines};
+use crate::lines::{Bed, Imprint, Lines};
 use crate::places::site::Site;
 use crate::world::World;
 
@@ -72,7 +72,10 @@ pub struct Tile {
 #[derive(Debug)]
 pub struct TilePlan {
     id: TileId,
+    /// The lines that shape the tile's land.
     lines: Lines,
+    /// The steps of other lines over the tile's edges.
+    crossings: Lines,
     sites: Vec<Arc<Site>>,
     /// The area of bare land that the tile depends on.
     pub(crate) land: Area,
@@ -82,13 +85,18 @@ impl TilePlan {
     /// Returns the plan of the tile at `id` without lines that shape its land: for pictures, which draw lines
     /// themselves.
     pub fn without_lines(world: &World, id: TileId) -> TilePlan {
+        TilePlan::of_lines(world, id, Lines::new(), Lines::new())
+    }
+
+    /// Returns the plan of the tile at `id` with given lines, and with the steps of other lines over its edges.
+    pub(crate) fn of_lines(world: &World, id: TileId, lines: Lines, crossings: Lines) -> TilePlan {
         let land = shaped_input(world, id.area(world.tile_cells()));
-        TilePlan { id, lines: Lines::new(), sites: Vec::new(), land }
+        TilePlan { id, lines, crossings, sites: Vec::new(), land }
     }
 
     /// Returns the lines that shape the tile's land.
     #[cfg(feature = "gpu")]
-    pub(crate) fn lines(&self) -> impl Iterator<Item = &Line> {
+    pub(crate) fn lines(&self) -> impl Iterator<Item = &crate::lines::Line> {
         self.lines.iter().map(AsRef::as_ref)
     }
 
@@ -114,7 +122,7 @@ impl TilePlan {
         };
         // Built roads need more land, since water must find its way through them.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
-        TilePlan { id, lines, sites, land: if is_built { wide } else { shaped } }
+        TilePlan { id, lines, crossings: Lines::new(), sites, land: if is_built { wide } else { shaped } }
     }
 }
 
@@ -151,80 +159,28 @@ impl Tile {
     ///
     /// # Panics
     /// When `land` does not cover the area that the plan asks for.
-    pub(crate) fn of_plan(world: &World, plan: TilePlan, mut land: Land, clock: &Clock) -> Tile {
-        let cells = plan.id.area(world.tile_cells());
-        let shaped = shaped_input(world, cells);
-        // Let the lines shape the land.
-        let mut imprint = clock.time(stage::IMPRINT, || {
-            let imprint = Imprint::new(&land.heights, land.water.as_ref(), plan.lines.iter().map(AsRef::as_ref))?;
-            imprint.shape(&mut land.heights, land.water.as_ref());
-            Some(imprint)
-        });
-        if plan.land != shaped {
-            land = land.part(shaped);
-            imprint = imprint.map(|imprint| imprint.part(shaped));
-        }
-        let surface = Surface::new(&GroundRule::of(world), &land, imprint, cells, clock);
-        Tile::of_surface(world, plan, land, surface)
+    pub(crate) fn of_plan(world: &World, plan: TilePlan, land: Land, clock: &Clock) -> Tile {
+        let lines = plan.lines.iter().map(AsRef::as_ref);
+        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&land.heights, land.water.as_ref(), lines));
+        let (land, surface) = Surface::of_land(world, plan.id, land, imprint, clock);
+        Tile::build(world, plan, land, surface)
     }
 
-    /// Makes the tile of a plan, given its land as shaped by its lines, and the surface of that land.
-    pub(crate) fn of_surface(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
-        let TilePlan { id, mut lines, sites, .. } = plan;
+    /// Builds the tile of a plan, given its land as shaped by lines, and the surface of that land.
+    pub(crate) fn build(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
+        let TilePlan { id, mut lines, crossings, sites, .. } = plan;
         let area = id.area(world.tile_cells());
         // Only lines within the heights seen on the tile, slopes included, concern the tile.
         let near = normals::input(area);
         lines.retain(|line| line.concerns(&near));
         let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
-        let (spacing_m, derived, crossings) = (world.spacing_m(), masks::Derived::default(), Lines::new());
+        let (spacing_m, derived) = (world.spacing_m(), masks::Derived::default());
         Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
     }
 
     /// Returns the heights of the tile at `id` before lines shape them, with the pad that a tile needs.
     pub fn bare_heights(world: &World, id: TileId) -> Grid<f32> {
         world.relief().heights(shaped_input(world, id.area(world.tile_cells())))
-    }
-
-    /// Makes the tile at `id` from bare heights and the lines that shape them, and books the time of each stage on
-    /// `clock`.
-    ///
-    /// # Panics
-    /// When `heights` does not hold the tile's [input](shaped_input).
-    pub fn of_bare<'a>(
-        world: &World,
-        id: TileId,
-        heights: Grid<f32>,
-        lines: impl IntoIterator<Item = &'a Line>,
-        clock: &Clock,
-    ) -> Tile {
-        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&heights, None, lines));
-        Tile::imprinted(world, id, heights, imprint, clock)
-    }
-
-    /// Makes the tile at `id` from bare heights and the imprint of its lines, and books the time of each stage on
-    /// `clock`.
-    ///
-    /// # Panics
-    /// When `heights` does not hold the tile's [input](shaped_input).
-    pub(crate) fn imprinted(
-        world: &World,
-        id: TileId,
-        mut heights: Grid<f32>,
-        imprint: Option<Imprint>,
-        clock: &Clock,
-    ) -> Tile {
-        if let Some(imprint) = &imprint {
-            clock.time(stage::IMPRINT, || imprint.shape(&mut heights, None));
-        }
-        let plan = TilePlan::without_lines(world, id);
-        let land = Land { heights, water: None };
-        let surface = Surface::new(&GroundRule::of(world), &land, imprint, plan.id.area(world.tile_cells()), clock);
-        Tile::of_surface(world, plan, land, surface)
-    }
-
-    /// Gives the tile the lines that have shaped it, and the steps of other lines over its edges.
-    pub(crate) fn with_lines(self, lines: Lines, crossings: Lines) -> Tile {
-        Tile { lines, crossings, ..self }
     }
 
     /// Returns the tile's place in the world.
@@ -268,8 +224,7 @@ impl Tile {
     }
 
     /// Returns the rivers and roads that concern the tile, each whole, sorted by id. The tile of a
-    /// [walker](crate::walker) has its own lines as far as they lie in it; a tile that was made from given lines
-    /// ([`of_bare`](Tile::of_bare)) has none.
+    /// [walker](crate::walker) has its own lines as far as they lie in it.
     pub fn lines(&self) -> &[Arc<Line>] {
         &self.lines
     }

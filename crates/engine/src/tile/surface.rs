@@ -1,10 +1,11 @@
 //! The surface of a tile: all that follows from its land and from the imprint of lines.
 
-use crate::area::Area;
+use crate::area::{Area, TileId};
 use crate::clock::{Clock, stage};
 use crate::land::Land;
 use crate::lines::Imprint;
-use crate::tile::{Blend, GroundRule, Normals};
+use crate::tile::{Blend, GroundRule, Normals, shaped_input};
+use crate::world::World;
 
 /// Normals, materials and imprint of a tile's land.
 #[derive(Debug)]
@@ -16,6 +17,30 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
+    /// Lets the imprint of lines shape a tile's land. Returns the land that the tile depends on, and its surface.
+    ///
+    /// # Panics
+    /// When `land` does not hold the tile's [input](shaped_input).
+    pub fn of_land(
+        world: &World,
+        id: TileId,
+        mut land: Land,
+        mut imprint: Option<Imprint>,
+        clock: &Clock,
+    ) -> (Land, Surface) {
+        let cells = id.area(world.tile_cells());
+        let shaped = shaped_input(world, cells);
+        if let Some(imprint) = &imprint {
+            clock.time(stage::IMPRINT, || imprint.shape(&mut land.heights, land.water.as_ref()));
+        }
+        if land.heights.area() != shaped {
+            land = land.part(shaped);
+            imprint = imprint.map(|imprint| imprint.part(shaped));
+        }
+        let surface = Surface::new(&GroundRule::of(world), &land, imprint, cells, clock);
+        (land, surface)
+    }
+
     /// Computes the surface of the vertices of `area`, given the land around them as shaped by lines, and books the
     /// time of each stage on `clock`.
     ///

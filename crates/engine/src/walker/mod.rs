@@ -38,8 +38,9 @@ use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
+use crate::land::Land;
 use crate::lines::{Line, Lines};
-use crate::tile::{self, Tile};
+use crate::tile::{self, Surface, Tile, TilePlan};
 use crate::world::World;
 use classic::TileAgents;
 
@@ -363,7 +364,8 @@ fn stand(
     let imprint = records.and_then(|_| clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings)));
     let lines: Lines = lines.into_iter().map(Arc::new).collect();
     let crossings: Lines = crossings.into_iter().map(|(_, line)| Arc::new(line)).collect();
-    Tile::imprinted(world, id, heights, imprint, clock).with_lines(lines, crossings)
+    let (land, surface) = Surface::of_land(world, id, Land { heights, water: None }, imprint, clock);
+    Tile::build(world, TilePlan::of_lines(world, id, lines, crossings), land, surface)
 }
 
 /// Returns the middle of a tile in metres east and south of the origin.

@@ -360,7 +360,7 @@ impl LandMaker for NoiseMaker {
         let Some(made) = made else { return self.tiles_of_lands(world, plans, clock) };
         let tile = |(plan, made): (TilePlan, Made)| {
             let (heights, surface) = made.into_parts(plan.lines());
-            Tile::of_surface(world, plan, Land { heights, water: None }, surface)
+            Tile::build(world, plan, Land { heights, water: None }, surface)
         };
         plans.into_iter().zip(made).map(tile).collect()
     }
