@@ -13,7 +13,7 @@ use super::brook_relief::{LaneRest, Rest};
 use super::fields::Fields;
 use super::grain_point::{GRAINS, Point};
 use super::segment::{Reach, Segments};
-use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide};
+use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide, column};
 use crate::area::Area;
 use crate::simd::{Kernel, MAX_LANES, Simd};
 use crate::stop;
@@ -51,10 +51,7 @@ pub fn reach_to(fields: &Fields, levels: u32, brook_cells: i64) -> Reach {
 
 /// Returns the area of nodes whose valleys are computed together with those of an area: whole patches.
 pub fn input(area: Area) -> Area {
-    let side = PATCH as i64;
-    let before = |at: i64| at.div_euclid(side) * side;
-    let after = |at: i64| before(at + side - 1);
-    Area { x0: before(area.x0), y0: before(area.y0), x1: after(area.x1), y1: after(area.y1) }
+    area.on_grid(PATCH as i64)
 }
 
 /// Returns the parts of an area that lie in squares of `side` vertices, aligned with the world.
@@ -250,7 +247,7 @@ impl FillValleys<'_> {
         let corner_point = Point::at_vertex(corner[0] * self.step, corner[1] * self.step);
         let (offset, metres) = (corner_point.from(self.segments.origin), self.fields.metres_a_grain());
         for axis in [0, 1] {
-            for (to, from) in all.from[axis].iter_mut().zip(&from[axis]) {
+            for (to, from) in all.values[column::FROM + axis].iter_mut().zip(&from[axis]) {
                 *to = ((from - offset[axis]) * metres) as f32;
             }
         }
@@ -354,13 +351,13 @@ impl FillValleys<'_> {
             // Bound of the difference between a side's height in the group and in its middle: the change over a radius,
             // along the segment and across it.
             let distance = side.distance;
-            let bed_change = simd.load(&segments.bed_change[start..]);
-            let floor_change = simd.load(&segments.floor_change[start..]);
-            let turned = simd.load(&segments.cross_change[start..]) * (distance + radius);
+            let bed_change = simd.load(&segments.values[column::BED_CHANGE][start..]);
+            let floor_change = simd.load(&segments.values[column::FLOOR_CHANGE][start..]);
+            let turned = simd.load(&segments.values[column::CROSS_CHANGE][start..]) * (distance + radius);
             let is_far = simd.lt(segment.far, distance + radius);
             let across = simd.select(is_far, simd.splat(1.0 + FAR_STEEPER), simd.splat(1.0));
             let slack = (bed_change + steep * (across + floor_change + turned) * segment.steepest_cross(simd)) * radius;
-            let left = simd.load(&segments.reach[start..]) - distance;
+            let left = simd.load(&segments.values[column::REACH][start..]) - distance;
             // The least upper bound of all: a side that is always higher than this is never lowest.
             let (mut highest, mut lowest_here) = (steep * side.rise + slack, gentle * side.rise - slack);
             if let Some([least, most]) = rests {
@@ -436,8 +433,8 @@ impl FillValleys<'_> {
             let mut owners = [0; MAX_LANES];
             simd.store_u32(lowest, &mut owners);
             let owners = &owners[..S::LANES];
-            let owner = Owner::of(simd, segments, owners, common, at);
-            let Owner { level, cross, floor, bed, off, distance, share } = owner;
+            let LaneSide { level, cross, floor, bed, off, distance, share, .. } =
+                sides_of(simd, segments, owners, common, at);
             let mut number = [u32::MAX; MAX_LANES];
             for (number, owner) in number.iter_mut().zip(owners) {
                 *number = segments.number.get(*owner as usize).copied().unwrap_or(u32::MAX);
@@ -539,44 +536,32 @@ impl<S: Simd> PatchLanes<S> {
     }
 }
 
-/// The side of the segment that is lowest, in each lane.
-struct Owner<S: Simd> {
-    level: S::F32,
-    cross: S::F32,
-    floor: S::F32,
-    bed: [S::F32; 2],
-    off: [S::F32; 2],
-    distance: S::F32,
-    share: S::F32,
-}
-
-impl<S: Simd> Owner<S> {
-    /// Returns the sides of segments, one in each lane, given by index; zeros where there is no segment.
-    #[inline(always)]
-    fn of(simd: S, segments: &Columns, owners: &[u32], common: Floor, at: [S::F32; 2]) -> Owner<S> {
-        let zero = simd.splat(0.0);
-        let (mut level, mut cross, mut floor) = (zero, zero, zero);
-        let (mut bed, mut off, mut distance, mut share) = ([zero; 2], [zero; 2], zero, zero);
-        let lanes = simd.load_u32(owners);
-        // Few segments own the vertices of a group of lanes: each is asked once, for all of them.
-        for (lane, owner) in owners.iter().enumerate() {
-            if owners[..lane].contains(owner) || *owner as usize >= segments.number.len() {
-                continue;
-            }
-            let is_own = simd.eq_u32(lanes, simd.splat_u32(*owner));
-            let side = LaneSegment::splat(simd, segments, *owner as usize, common).side(simd, at);
-            level = simd.select(is_own, side.level, level);
-            cross = simd.select(is_own, side.cross, cross);
-            floor = simd.select(is_own, side.floor, floor);
-            for axis in [0, 1] {
-                bed[axis] = simd.select(is_own, side.bed[axis], bed[axis]);
-                off[axis] = simd.select(is_own, side.off[axis], off[axis]);
-            }
-            distance = simd.select(is_own, side.distance, distance);
-            share = simd.select(is_own, side.share, share);
+/// Returns the sides of segments, one in each lane, given by index; zeros where there is no segment.
+#[inline(always)]
+fn sides_of<S: Simd>(simd: S, segments: &Columns, owners: &[u32], common: Floor, at: [S::F32; 2]) -> LaneSide<S> {
+    let zero = simd.splat(0.0);
+    let (mut level, mut rise, mut cross, mut floor) = (zero, zero, zero, zero);
+    let (mut bed, mut off, mut distance, mut share) = ([zero; 2], [zero; 2], zero, zero);
+    let lanes = simd.load_u32(owners);
+    // Few segments own the vertices of a group of lanes: each is asked once, for all of them.
+    for (lane, owner) in owners.iter().enumerate() {
+        if owners[..lane].contains(owner) || *owner as usize >= segments.number.len() {
+            continue;
         }
-        Owner { level, cross, floor, bed, off, distance, share }
+        let is_own = simd.eq_u32(lanes, simd.splat_u32(*owner));
+        let side = LaneSegment::splat(simd, segments, *owner as usize, common).side(simd, at);
+        level = simd.select(is_own, side.level, level);
+        rise = simd.select(is_own, side.rise, rise);
+        cross = simd.select(is_own, side.cross, cross);
+        floor = simd.select(is_own, side.floor, floor);
+        for axis in [0, 1] {
+            bed[axis] = simd.select(is_own, side.bed[axis], bed[axis]);
+            off[axis] = simd.select(is_own, side.off[axis], off[axis]);
+        }
+        distance = simd.select(is_own, side.distance, distance);
+        share = simd.select(is_own, side.share, share);
     }
+    LaneSide { level, rise, cross, floor, bed, off, distance, share }
 }
 
 /// Lanes that hold parts of rows of nodes, one below the other, each `across` nodes long.

@@ -26,97 +26,65 @@ pub const LEAST_HALF_WIDTH: f64 = 1.0;
 const FAR: f32 = 0.8;
 pub const FAR_STEEPER: f32 = 1.5;
 
+/// The columns of a segment's numbers. The first nine take two columns each: of a place and a way, metres east and
+/// south; of the others, the value at the upper end and the change to the lower end, so that a value between takes a
+/// product and a sum.
+pub mod column {
+    pub const FROM: usize = 0;
+    pub const ALONG: usize = 2;
+    pub const LEVEL: usize = 4;
+    pub const CROSS: usize = 6;
+    pub const TROUGH: usize = 8;
+    pub const LEAN: usize = 10;
+    pub const RIVER: usize = 12;
+    pub const FLOOD_PLAIN: usize = 14;
+    pub const RISER: usize = 16;
+    /// One over the square of the length.
+    pub const PER_SQUARE: usize = 18;
+    /// Change of a segment's level per metre along it.
+    pub const BED_CHANGE: usize = 19;
+    /// Largest change per metre along a segment of the rise of its side, by all changes of its widths, for a hillside
+    /// of slope 1.
+    pub const FLOOR_CHANGE: usize = 20;
+    /// Change of a segment's slope across the channel per metre along it.
+    pub const CROSS_CHANGE: usize = 21;
+    pub const REACH: usize = 22;
+    /// Height in metres of the lake or the sea that stands over a segment.
+    pub const POOL: usize = 23;
+    pub const COUNT: usize = 24;
+}
+
 /// Segments in columns, in metres from the origin of a block.
 #[derive(Debug, Default)]
 pub struct Columns {
-    pub from: [Vec<f32>; 2],
-    pub along: [Vec<f32>; 2],
-    pub per_square: Vec<f32>,
-    pub level: [Vec<f32>; 2],
-    pub cross: [Vec<f32>; 2],
-    pub trough: [Vec<f32>; 2],
-    pub lean: [Vec<f32>; 2],
-    pub river: [Vec<f32>; 2],
-    pub flood_plain: [Vec<f32>; 2],
-    pub riser: [Vec<f32>; 2],
-    /// Change of a segment's level per metre along it.
-    pub bed_change: Vec<f32>,
-    /// Largest change per metre along a segment of the rise of its side, by all changes of its widths, for a hillside
-    /// of slope 1.
-    pub floor_change: Vec<f32>,
-    /// Change of a segment's slope across the channel per metre along it.
-    pub cross_change: Vec<f32>,
-    pub reach: Vec<f32>,
-    /// Height in metres of the lake or the sea that stands over a segment.
-    pub pool: Vec<f32>,
+    /// Their numbers, by [`column`].
+    pub values: [Vec<f32>; column::COUNT],
     pub channel: Vec<u32>,
     pub number: Vec<u32>,
 }
 
 impl Columns {
     pub fn clear(&mut self) {
-        // Destructured without `..`, so that a column that is forgotten here does not compile.
-        let Columns {
-            from,
-            along,
-            per_square,
-            level,
-            cross,
-            trough,
-            lean,
-            river,
-            flood_plain,
-            riser,
-            bed_change,
-            floor_change,
-            cross_change,
-            reach,
-            pool,
-            channel,
-            number,
-        } = self;
-        let pairs = [from, along, level, cross, trough, lean, river, flood_plain, riser];
-        for column in
-            pairs.into_iter().flatten().chain([per_square, bed_change, floor_change, cross_change, reach, pool])
-        {
-            column.clear();
-        }
-        channel.clear();
-        number.clear();
+        self.values.iter_mut().for_each(Vec::clear);
+        self.channel.clear();
+        self.number.clear();
     }
 
     /// Adds a segment, which is given in grains from the segments' own origin and matters within `reach`.
     pub fn push(&mut self, fields: &Fields, segment: &Segment, number: u32, reach: Reach) {
         let metres = fields.metres_a_grain();
-        // A pair is the value at the upper end and the change to the lower one, so a place between takes a product and
-        // a sum.
-        let pair = |[upper, change]: [f64; 2]| [upper as f32, change as f32];
-        let level = pair(segment.level_m);
-        let cross = pair(segment.cross);
-        let trough = pair(segment.trough.map(|grains| grains * metres));
-        let lean = pair(segment.lean);
-        let flood_plain = pair(segment.flood_plain.map(|grains| grains * metres));
-        let riser = pair(segment.riser.map(|grains| grains * metres));
+        let pair = |pair: [f64; 2]| pair.map(|value| value as f32);
+        let in_metres = |grains: [f64; 2]| pair(grains.map(|grains| grains * metres));
+        // Inexact if the origin is far. Before a block is measured, places are replaced by those relative to its own
+        // corner.
+        let [from, along] = [segment.from, segment.along].map(in_metres);
+        let [level, cross, lean] = [segment.level_m, segment.cross, segment.lean].map(pair);
+        let [trough, flood_plain, riser] = [segment.trough, segment.flood_plain, segment.riser].map(in_metres);
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;
         let half_width = |end: f64| (lerp(segment.river, end) * metres).max(least_m);
         let upper = half_width(0.0);
         let river = pair([upper, half_width(1.0) - upper]);
-        let along = segment.along.map(|part| (part * metres) as f32);
         let square = along[0] * along[0] + along[1] * along[1];
-        for axis in [0, 1] {
-            // Inexact if the origin is far. Before a block is measured, these are replaced by places relative to its
-            // own corner.
-            self.from[axis].push((segment.from[axis] * metres) as f32);
-            self.along[axis].push(along[axis]);
-            self.level[axis].push(level[axis]);
-            self.cross[axis].push(cross[axis]);
-            self.trough[axis].push(trough[axis]);
-            self.lean[axis].push(lean[axis]);
-            self.river[axis].push(river[axis]);
-            self.flood_plain[axis].push(flood_plain[axis]);
-            self.riser[axis].push(riser[axis]);
-        }
-        self.per_square.push(1.0 / square);
         // All changes are added, though seldom do all act at one place: the bound may be too wide, but never too
         // narrow.
         let change = |pair: [f32; 2]| pair[1].abs() / square.sqrt();
@@ -126,64 +94,51 @@ impl Columns {
         let terraces = segment.terraces as f32 * (change(trough) + change(river) + change(flood_plain) + change(riser));
         // The height of a levee changes less than the width of its river.
         let levees = if segment.levees > 0.0 { change(river) } else { 0.0 };
-        self.bed_change.push(change(level));
-        self.floor_change.push(floor + terraces + levees);
-        self.cross_change.push(change(cross));
-        self.reach.push((segment.reach(reach) * metres) as f32);
         // Finite, because the lanes compute with it.
-        self.pool.push(segment.pool_m.max(fields.sea_level_m()).max(-1e9) as f32);
+        let pool = segment.pool_m.max(fields.sea_level_m()).max(-1e9) as f32;
+        let pairs = [from, along, level, cross, trough, lean, river, flood_plain, riser];
+        let changes = [change(level), floor + terraces + levees, change(cross)];
+        let reach = (segment.reach(reach) * metres) as f32;
+        let values = pairs.into_iter().flatten().chain([1.0 / square]).chain(changes).chain([reach, pool]);
+        for (column, value) in self.values.iter_mut().zip(values) {
+            column.push(value);
+        }
         self.channel.push(segment.channel);
         self.number.push(number);
     }
 
     /// Adds a segment of other columns.
     pub fn push_from(&mut self, other: &Columns, index: usize) {
-        for axis in [0, 1] {
-            self.from[axis].push(other.from[axis][index]);
-            self.along[axis].push(other.along[axis][index]);
-            self.level[axis].push(other.level[axis][index]);
-            self.cross[axis].push(other.cross[axis][index]);
-            self.trough[axis].push(other.trough[axis][index]);
-            self.lean[axis].push(other.lean[axis][index]);
-            self.river[axis].push(other.river[axis][index]);
-            self.flood_plain[axis].push(other.flood_plain[axis][index]);
-            self.riser[axis].push(other.riser[axis][index]);
+        for (column, other) in self.values.iter_mut().zip(&other.values) {
+            column.push(other[index]);
         }
-        self.per_square.push(other.per_square[index]);
-        self.bed_change.push(other.bed_change[index]);
-        self.floor_change.push(other.floor_change[index]);
-        self.cross_change.push(other.cross_change[index]);
-        self.reach.push(other.reach[index]);
-        self.pool.push(other.pool[index]);
         self.channel.push(other.channel[index]);
         self.number.push(other.number[index]);
     }
 
     /// Fills the last lanes with segments that do not matter: they are too far away, and their reach is 0.
     pub fn pad(&mut self) {
-        while !self.number.len().is_multiple_of(MAX_LANES) {
-            for axis in [0, 1] {
-                // Far away, and yet its square fits an f32: infinity times 0 would be NaN.
-                self.from[axis].push(1e18);
-                self.along[axis].push(0.0);
-                self.level[axis].push(0.0);
-                self.cross[axis].push(0.0);
-                self.trough[axis].push(0.0);
-                self.lean[axis].push(0.0);
-                self.river[axis].push(0.0);
-                self.flood_plain[axis].push(0.0);
-                self.riser[axis].push(0.0);
-            }
-            self.per_square.push(0.0);
-            self.bed_change.push(0.0);
-            self.floor_change.push(0.0);
-            self.cross_change.push(0.0);
-            self.reach.push(0.0);
-            self.pool.push(0.0);
-            self.channel.push(u32::MAX);
-            // No segment has this number, so later choices can tell these lanes and leave them out.
-            self.number.push(u32::MAX);
+        let len = self.number.len().next_multiple_of(MAX_LANES);
+        for (number, column) in self.values.iter_mut().enumerate() {
+            // Far away, and yet its square fits an f32: infinity times 0 would be NaN.
+            column.resize(len, if number < column::ALONG { 1e18 } else { 0.0 });
         }
+        // No segment has this number, so later choices can tell these lanes and leave them out.
+        self.channel.resize(len, u32::MAX);
+        self.number.resize(len, u32::MAX);
+    }
+
+    /// Returns the values of a column: in each lane those of one segment, from `at` on, or with `ONE` in all lanes
+    /// those of the segment `at`.
+    #[inline(always)]
+    fn read<S: Simd, const ONE: bool>(&self, simd: S, column: usize, at: usize) -> S::F32 {
+        if ONE { simd.splat(self.values[column][at]) } else { simd.load(&self.values[column][at..]) }
+    }
+
+    /// Returns the values of a column and of the next.
+    #[inline(always)]
+    fn pair<S: Simd, const ONE: bool>(&self, simd: S, column: usize, at: usize) -> [S::F32; 2] {
+        [self.read::<S, ONE>(simd, column, at), self.read::<S, ONE>(simd, column + 1, at)]
     }
 }
 
@@ -234,46 +189,33 @@ pub struct LaneSide<S: Simd> {
 }
 
 impl<S: Simd> LaneSegment<S> {
+    /// Returns the segments from `at` on.
     #[inline(always)]
-    pub fn load(simd: S, segments: &Columns, start: usize, floor: Floor) -> LaneSegment<S> {
-        let Columns {
-            from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, pool, ..
-        } = segments;
-        LaneSegment {
-            from: [simd.load(&from[0][start..]), simd.load(&from[1][start..])],
-            along: [simd.load(&along[0][start..]), simd.load(&along[1][start..])],
-            per_square: simd.load(&per_square[start..]),
-            level: [simd.load(&level[0][start..]), simd.load(&level[1][start..])],
-            cross: [simd.load(&cross[0][start..]), simd.load(&cross[1][start..])],
-            trough: [simd.load(&trough[0][start..]), simd.load(&trough[1][start..])],
-            lean: [simd.load(&lean[0][start..]), simd.load(&lean[1][start..])],
-            river: [simd.load(&river[0][start..]), simd.load(&river[1][start..])],
-            flood_plain: [simd.load(&flood_plain[0][start..]), simd.load(&flood_plain[1][start..])],
-            riser: [simd.load(&riser[0][start..]), simd.load(&riser[1][start..])],
-            far: simd.load(&reach[start..]) * simd.splat(FAR),
-            pool: simd.load(&pool[start..]),
-            floor,
-        }
+    pub fn load(simd: S, segments: &Columns, at: usize, floor: Floor) -> LaneSegment<S> {
+        LaneSegment::read::<false>(simd, segments, at, floor)
+    }
+
+    /// Returns one segment in all lanes.
+    #[inline(always)]
+    pub fn splat(simd: S, segments: &Columns, at: usize, floor: Floor) -> LaneSegment<S> {
+        LaneSegment::read::<true>(simd, segments, at, floor)
     }
 
     #[inline(always)]
-    pub fn splat(simd: S, segments: &Columns, index: usize, floor: Floor) -> LaneSegment<S> {
-        let Columns {
-            from, along, per_square, level, cross, trough, lean, river, flood_plain, riser, reach, pool, ..
-        } = segments;
+    fn read<const ONE: bool>(simd: S, segments: &Columns, at: usize, floor: Floor) -> LaneSegment<S> {
         LaneSegment {
-            from: [simd.splat(from[0][index]), simd.splat(from[1][index])],
-            along: [simd.splat(along[0][index]), simd.splat(along[1][index])],
-            per_square: simd.splat(per_square[index]),
-            level: [simd.splat(level[0][index]), simd.splat(level[1][index])],
-            cross: [simd.splat(cross[0][index]), simd.splat(cross[1][index])],
-            trough: [simd.splat(trough[0][index]), simd.splat(trough[1][index])],
-            lean: [simd.splat(lean[0][index]), simd.splat(lean[1][index])],
-            river: [simd.splat(river[0][index]), simd.splat(river[1][index])],
-            flood_plain: [simd.splat(flood_plain[0][index]), simd.splat(flood_plain[1][index])],
-            riser: [simd.splat(riser[0][index]), simd.splat(riser[1][index])],
-            far: simd.splat(reach[index]) * simd.splat(FAR),
-            pool: simd.splat(pool[index]),
+            from: segments.pair::<S, ONE>(simd, column::FROM, at),
+            along: segments.pair::<S, ONE>(simd, column::ALONG, at),
+            per_square: segments.read::<S, ONE>(simd, column::PER_SQUARE, at),
+            level: segments.pair::<S, ONE>(simd, column::LEVEL, at),
+            cross: segments.pair::<S, ONE>(simd, column::CROSS, at),
+            trough: segments.pair::<S, ONE>(simd, column::TROUGH, at),
+            lean: segments.pair::<S, ONE>(simd, column::LEAN, at),
+            river: segments.pair::<S, ONE>(simd, column::RIVER, at),
+            flood_plain: segments.pair::<S, ONE>(simd, column::FLOOD_PLAIN, at),
+            riser: segments.pair::<S, ONE>(simd, column::RISER, at),
+            far: segments.read::<S, ONE>(simd, column::REACH, at) * simd.splat(FAR),
+            pool: segments.read::<S, ONE>(simd, column::POOL, at),
             floor,
         }
     }
