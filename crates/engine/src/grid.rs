@@ -73,7 +73,7 @@ impl<T: Copy> Grid<T> {
     #[cfg(test)]
     pub(crate) fn fill_outside(&mut self, part: Area, value: T) {
         for (x, y) in self.area.vertices() {
-            if !part.contains(&Area::new(x, y, 1, 1)) {
+            if !part.has(x, y) {
                 self.row_mut(y, x, x + 1)[0] = value;
             }
         }
@@ -82,7 +82,7 @@ impl<T: Copy> Grid<T> {
     fn range(&self, y: i64, x0: i64, x1: i64) -> std::ops::Range<usize> {
         let asked = Area { x0, y0: y, x1, y1: y + 1 };
         assert!(self.area.contains(&asked), "{asked:?} reaches outside the grid's {:?}", self.area);
-        let start = (y - self.area.y0) as usize * self.area.width() + (x0 - self.area.x0) as usize;
+        let start = self.area.index(x0, y);
         start..start + asked.width()
     }
 }

@@ -288,11 +288,10 @@ mod tests {
             }
             // A flood fill over the sea leads from the lagoon through the inlet.
             let mut reached = vec![false; area.len()];
-            let index = |[x, y]: [i64; 2]| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
+            let index = |[x, y]: [i64; 2]| area.index(x, y);
             let mut open = vec![vertex(-120.0)];
             while let Some(at) = open.pop() {
-                let is_sea =
-                    area.contains(&Area::new(at[0], at[1], 1, 1)) && water.kind.at(at[0], at[1]) == WaterKind::Sea;
+                let is_sea = area.has(at[0], at[1]) && water.kind.at(at[0], at[1]) == WaterKind::Sea;
                 if is_sea && !std::mem::replace(&mut reached[index(at)], true) {
                     open.extend([[1, 0], [-1, 0], [0, 1], [0, -1]].map(|way| [at[0] + way[0], at[1] + way[1]]));
                 }

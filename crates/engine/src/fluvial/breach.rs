@@ -146,7 +146,7 @@ mod tests {
     const AREA: Area = Area { x0: -30, y0: -30, x1: 31, y1: 31 };
 
     fn at(values: &[f32], x: i64) -> f32 {
-        values[(-AREA.y0) as usize * AREA.width() + (x - AREA.x0) as usize]
+        values[AREA.index(x, 0)]
     }
 
     #[test]
@@ -180,7 +180,7 @@ mod tests {
             _ => -1.0,
         };
         let before: Vec<f32> = AREA.vertices().map(trench).collect();
-        let within = |area: Area| AREA.vertices().map(move |(x, y)| area.contains(&Area::new(x, y, 1, 1)));
+        let within = |area: Area| AREA.vertices().map(move |(x, y)| area.has(x, y));
         let read = before.iter().zip(within(input(part)));
         let poisoned: Vec<f32> = read.map(|(value, is_read)| if is_read { *value } else { f32::NAN }).collect();
         let of_part = |values: Vec<f32>| -> Vec<f32> {

@@ -7,13 +7,12 @@ use super::fields::{COAST_STEP, Fields};
 use super::grain_point::Point;
 use super::valley::Hillsides;
 use super::warp::Displaced;
-use crate::area::Area;
 
-/// Nodes of a block, across and down. The coarse lattice is read for one block at a time. A block is small enough that
-/// whole blocks far inland and far out at sea can be skipped, and large enough that a point of the lattice serves
-/// several nodes. At strides at which brooks do not show, no block is skipped, and all nodes are one block, so that
-/// each point is read once.
-const BLOCK: (usize, usize) = (64, 16);
+/// Nodes a side of a block. The coarse lattice is read for one block at a time. A block is small enough that whole
+/// blocks far inland and far out at sea can be skipped, and large enough that a point of the lattice serves several
+/// nodes. At strides at which brooks do not show, no block is skipped, and all nodes are one block, so that each point
+/// is read once.
+const BLOCK: usize = 32;
 
 /// Returns the cell of a lattice, along one axis, in which a vertex lies once displaced by `by` vertices, and its
 /// position in the cell, 0 to 1. The lattice's cells are `coarse` vertices wide.
@@ -89,48 +88,40 @@ pub fn heights(
     let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
-    let (across, down) = hillsides.rest.as_ref().map_or(BLOCK, |_| (area.width(), area.height()));
-    for y0 in (area.y0..area.y1).step_by(down) {
-        for x0 in (area.x0..area.x1).step_by(across) {
-            let block = Area::new(x0, y0, across, down).common(&area).expect("it begins in the area");
-            let indices = || {
-                (block.y0..block.y1).flat_map(|y| {
-                    let row = (y - area.y0) as usize * area.width();
-                    (block.x0..block.x1).map(move |x| (row + (x - area.x0) as usize, [x, y]))
-                })
-            };
-            let cells = |index: usize, at: [i64; 2]| {
-                [0, 1].map(|axis| cell(coarse, at[axis] * step, metres[axis][index] * per_vertex))
-            };
-            let (mut first, mut last) = ([i64::MAX; 2], [i64::MIN; 2]);
-            let mut highest_m = f32::NEG_INFINITY;
-            for (index, at) in indices() {
-                let cells = cells(index, at);
-                for axis in [0, 1] {
-                    first[axis] = first[axis].min(cells[axis].0);
-                    last[axis] = last[axis].max(cells[axis].0);
-                }
-                highest_m = highest_m.max(land_m[index]);
+    let blocks = if hillsides.rest.is_some() { vec![area] } else { area.squares(BLOCK).collect() };
+    for block in blocks {
+        let indices = || block.vertices().map(|(x, y)| (area.index(x, y), [x, y]));
+        let cells = |index: usize, at: [i64; 2]| {
+            [0, 1].map(|axis| cell(coarse, at[axis] * step, metres[axis][index] * per_vertex))
+        };
+        let (mut first, mut last) = ([i64::MAX; 2], [i64::MIN; 2]);
+        let mut highest_m = f32::NEG_INFINITY;
+        for (index, at) in indices() {
+            let cells = cells(index, at);
+            for axis in [0, 1] {
+                first[axis] = first[axis].min(cells[axis].0);
+                last[axis] = last[axis].max(cells[axis].0);
             }
-            let window = CoastWindow::new(fields, (coarse, is_far), first, last);
-            // The coast rises inland. A skipped block's coast lies above its land everywhere, so skipping changes
-            // nothing, whichever nodes share the block.
-            let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
-            if hillsides.rest.is_none() && fields.coast_m(nearest_m) >= highest_m {
-                continue;
-            }
-            any = true;
-            for (index, at) in indices() {
-                let [column, row] = cells(index, at);
-                let inland_m = window.at(column, row);
-                let edge_m = fields.coast_m(inland_m);
-                // The mean height that brooks on their way to the sea leave of the land's edge.
-                let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
-                    let risen_m = hillsides.slope[index] * (inland_m - shore_m);
-                    fields.sea_level_m() as f32 + rest.risen_m(index, risen_m)
-                });
-                coast_m[index] = edge_m.min(left_m);
-            }
+            highest_m = highest_m.max(land_m[index]);
+        }
+        let window = CoastWindow::new(fields, (coarse, is_far), first, last);
+        // The coast rises inland. A skipped block's coast lies above its land everywhere, so skipping changes nothing,
+        // whichever nodes share the block.
+        let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
+        if hillsides.rest.is_none() && fields.coast_m(nearest_m) >= highest_m {
+            continue;
+        }
+        any = true;
+        for (index, at) in indices() {
+            let [column, row] = cells(index, at);
+            let inland_m = window.at(column, row);
+            let edge_m = fields.coast_m(inland_m);
+            // The mean height that brooks on their way to the sea leave of the land's edge.
+            let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
+                let risen_m = hillsides.slope[index] * (inland_m - shore_m);
+                fields.sea_level_m() as f32 + rest.risen_m(index, risen_m)
+            });
+            coast_m[index] = edge_m.min(left_m);
         }
     }
     any.then_some(coast_m)
@@ -139,6 +130,7 @@ pub fn heights(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::area::Area;
     use crate::fluvial::valley;
     use crate::preset::Preset;
 

@@ -39,12 +39,8 @@ impl Means {
     /// Each node is the mean of the square around it, in which the finer nodes on the edge count half.
     pub fn of(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Land) -> Land {
         let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water: Water::none(area) };
-        let side = (MOST_NODES / finer).max(1) as usize;
-        for y0 in (area.y0..area.y1).step_by(side) {
-            for x0 in (area.x0..area.x1).step_by(side) {
-                let part = Area::new(x0, y0, side, side).common(&area).expect("it begins in the area");
-                means.fill(part, &make(around(part, finer)));
-            }
+        for part in area.squares((MOST_NODES / finer).max(1) as usize) {
+            means.fill(part, &make(around(part, finer)));
         }
         Land { heights: means.heights, water: Some(means.water) }
     }

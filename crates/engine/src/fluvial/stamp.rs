@@ -8,7 +8,6 @@ use super::fields::Fields;
 use super::grain_point::{GRAINS, Point};
 use super::valley;
 use super::warp::Displaced;
-use crate::area::Area;
 use crate::stop;
 
 /// Vertices a side of a block. Stamps are looked up once for each block.
@@ -29,28 +28,24 @@ pub fn known_m(fields: &Fields, level: u32) -> f64 {
 pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut take: impl FnMut(usize, Point, &[&T])) {
     let (area, metres) = (nodes.area, fields.metres_a_grain());
     let node_m = (nodes.step * GRAINS) as f64 * metres;
-    let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
-    for y0 in (area.y0..area.y1).step_by(BLOCK).filter(|_| !stamps.is_empty()) {
-        for x0 in (area.x0..area.x1).step_by(BLOCK) {
-            stop::check();
-            let block = Area::new(x0, y0, BLOCK, BLOCK).common(&area).expect("it begins in the area");
-            let [least, greatest] = nodes.extremes(block);
-            let across_m = [block.width(), block.height()].map(|nodes| (nodes - 1) as f64 * node_m);
-            let corner = Point::at_vertex(x0 * nodes.step, y0 * nodes.step);
-            let reaches = |stamp: &&T| {
-                let (at, reach_m) = stamp.reach();
-                let at = at.from(corner).map(|grains| grains * metres);
-                // One metre more allows for rounding: this only selects stamps for an exact test.
-                let most_m = reach_m + 1.0;
-                [0, 1].into_iter().all(|axis| {
-                    at[axis] + most_m >= f64::from(least[axis])
-                        && at[axis] - most_m <= across_m[axis] + f64::from(greatest[axis])
-                })
-            };
-            let near: Vec<&T> = stamps.iter().filter(reaches).collect();
-            for (x, y) in block.vertices().filter(|_| !near.is_empty()) {
-                take(index(x, y), Point::at_vertex(x * nodes.step, y * nodes.step), &near);
-            }
+    for block in area.squares(BLOCK).filter(|_| !stamps.is_empty()) {
+        stop::check();
+        let [least, greatest] = nodes.extremes(block);
+        let across_m = [block.width(), block.height()].map(|nodes| (nodes - 1) as f64 * node_m);
+        let corner = Point::at_vertex(block.x0 * nodes.step, block.y0 * nodes.step);
+        let reaches = |stamp: &&T| {
+            let (at, reach_m) = stamp.reach();
+            let at = at.from(corner).map(|grains| grains * metres);
+            // One metre more allows for rounding: this only selects stamps for an exact test.
+            let most_m = reach_m + 1.0;
+            [0, 1].into_iter().all(|axis| {
+                at[axis] + most_m >= f64::from(least[axis])
+                    && at[axis] - most_m <= across_m[axis] + f64::from(greatest[axis])
+            })
+        };
+        let near: Vec<&T> = stamps.iter().filter(reaches).collect();
+        for (x, y) in block.vertices().filter(|_| !near.is_empty()) {
+            take(area.index(x, y), Point::at_vertex(x * nodes.step, y * nodes.step), &near);
         }
     }
 }

@@ -248,8 +248,7 @@ impl Fluvial {
                 let own = Area::new(bx * side, by * side, side as usize, side as usize);
                 let part = nodes.common(&own).expect("the block lies under the nodes");
                 for y in part.y0..part.y1 {
-                    let source = (y - own.y0) as usize * own.width() + (part.x0 - own.x0) as usize;
-                    let target = (y - nodes.y0) as usize * nodes.width() + (part.x0 - nodes.x0) as usize;
+                    let (source, target) = (own.index(part.x0, y), nodes.index(part.x0, y));
                     let len = part.width();
                     values[target..target + len].copy_from_slice(&of(&block)[source..source + len]);
                 }

@@ -59,7 +59,7 @@ fn known_around(fluvial: &Fluvial, area: Area) -> Known {
 fn poison<T: Copy>(values: &mut [T], area: Area, part: Area, with: T) {
     let places = area.vertices();
     for (value, (x, y)) in values.iter_mut().zip(places) {
-        if !part.contains(&Area::new(x, y, 1, 1)) {
+        if !part.has(x, y) {
             *value = with;
         }
     }
@@ -191,9 +191,8 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
     let bare_m = valleys.height_m.clone();
     gullies.carve(&nodes, &hillsides.slope, &mut valleys);
-    let index = |x: i64, y: i64| (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
     let step_m = |(x, y): (i64, i64)| {
-        let [here, next] = [index(x, y), index(x + 1, y)];
+        let [here, next] = [area.index(x, y), area.index(x + 1, y)];
         // Below a crest gullies deepen fast, which is no break.
         let on_crest = valleys.crest_m[here].min(valleys.crest_m[next]) < 50.0;
         let carved_m = |at: usize| bare_m[at] - valleys.height_m[at];

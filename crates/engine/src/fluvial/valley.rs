@@ -54,21 +54,6 @@ pub fn input(area: Area) -> Area {
     area.on_grid(PATCH as i64)
 }
 
-/// Returns the parts of an area that lie in squares of `side` vertices, aligned with the world.
-fn squares(area: Area, side: usize) -> impl Iterator<Item = Area> {
-    let side = side as i64;
-    let firsts =
-        move |from: i64, past: i64| (from.div_euclid(side)..=(past - 1).div_euclid(side)).map(move |at| at * side);
-    firsts(area.y0, area.y1).flat_map(move |y| {
-        firsts(area.x0, area.x1).map(move |x| Area {
-            x0: x.max(area.x0),
-            y0: y.max(area.y0),
-            x1: (x + side).min(area.x1),
-            y1: (y + side).min(area.y1),
-        })
-    })
-}
-
 /// The valleys at each node of an area whose sides are multiples of a patch's.
 #[derive(Debug, Default)]
 pub struct Valleys {
@@ -198,7 +183,7 @@ impl Kernel for FillValleys<'_> {
         }
         work.all.pad();
         let mut this = self;
-        for block in squares(this.part, BLOCK * PATCH) {
+        for block in this.part.squares(BLOCK * PATCH) {
             stop::check();
             this.block(simd, block, &mut work);
         }
@@ -254,13 +239,13 @@ impl FillValleys<'_> {
         let order = PatchLanes::new(simd);
         patches.clear();
         let mut whole = Extent::NONE;
-        for vertices in squares(part, PATCH) {
+        for vertices in part.squares(PATCH) {
             let extent = self.extent(simd, corner, vertices, order);
             whole = whole.and(&extent);
             patches.push((vertices, extent));
         }
         self.pick(simd, all, &whole.spread(), limits, block);
-        for part in squares(part, QUARTER * PATCH) {
+        for part in part.squares(QUARTER * PATCH) {
             let own = || patches.iter().filter(|(vertices, _)| part.contains(vertices));
             let whole = own().fold(Extent::NONE, |whole, (_, extent)| whole.and(extent));
             self.pick(simd, block, &whole.spread(), limits, quarter);
@@ -525,7 +510,7 @@ impl<S: Simd> PatchLanes<S> {
         let (area, first) = (valleys.area, group * S::LANES);
         // Groups that are narrower than a patch lie beside each other in it.
         let (x, y) = (vertices.x0 + (first % PATCH) as i64, vertices.y0 + (first / PATCH) as i64);
-        let index = (y - area.y0) as usize * area.width() + (x - area.x0) as usize;
+        let index = area.index(x, y);
         let lanes = InRows { index, width: area.width(), across: Self::ACROSS };
         let spacing_m = simd.splat(valleys.spacing_m());
         let at = [

@@ -52,7 +52,7 @@ impl Displaced {
                 }
             };
             for y in part.y0..part.y1 {
-                let first = (y - self.area.y0) as usize * self.area.width() + (part.x0 - self.area.x0) as usize;
+                let first = self.area.index(part.x0, y);
                 let mut groups = self.metres[axis][first..first + part.width()].chunks_exact(LANES);
                 groups.by_ref().for_each(&mut take);
                 take(groups.remainder());

@@ -298,12 +298,6 @@ impl<'a> FillWater<'a> {
         Bounds { low, high }
     }
 
-    /// Returns the index of a node in row order.
-    fn index(&self, at: [i64; 2]) -> usize {
-        let all = self.nodes.area;
-        (at[1] - all.y0) as usize * all.width() + (at[0] - all.x0) as usize
-    }
-
     /// Returns the place of a node in grains east and south of the segments' origin, and its displacement by the warp.
     fn place(&self, at: [i64; 2], index: usize) -> [[f64; 2]; 2] {
         let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
@@ -312,7 +306,7 @@ impl<'a> FillWater<'a> {
 
     #[inline]
     fn vertex(&self, at: [i64; 2], wet: &[WetSegment]) -> VertexWater {
-        let index = self.index(at);
+        let index = self.nodes.area.index(at[0], at[1]);
         let land_m = self.valleys.height_m[index];
         let lowest_m = self.coast_m.map_or(land_m, |coast_m| coast_m[index].min(land_m));
         let number = self.valleys.segment[index] as usize;

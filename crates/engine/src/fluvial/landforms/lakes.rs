@@ -125,7 +125,7 @@ fn depths(fluvial: &Fluvial, area: Area, near: Point) -> Option<Grid<f32>> {
         }
         *depth_m = water.depth_m.at(x, y).max(LEAST_M);
         let around = [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)];
-        open.extend(around.into_iter().filter(|(x, y)| area.contains(&Area::new(*x, *y, 1, 1)) && is_lake((*x, *y))));
+        open.extend(around.into_iter().filter(|(x, y)| area.has(*x, *y) && is_lake((*x, *y))));
     }
     Some(depths)
 }

@@ -80,7 +80,7 @@ impl Landforms {
 
     /// Returns all peaks that stand on a vertex of an area, sorted by id.
     pub fn peaks(&self, fluvial: &Fluvial, area: &Area) -> Vec<Peak> {
-        let inside = |peak: &Peak| area.contains(&Area::new(peak.at[0], peak.at[1], 1, 1));
+        let inside = |peak: &Peak| area.has(peak.at[0], peak.at[1]);
         let cells = cells(area, peaks::side(fluvial), 0);
         let mut found: Vec<Peak> = cells.filter_map(|cell| self.rise(fluvial, cell).peak()).filter(inside).collect();
         found.sort_by_key(|peak| peak.id);
