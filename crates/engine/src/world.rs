@@ -61,7 +61,7 @@ impl World {
         let Preset { spacing_m, sea_level_m, .. } = preset;
         let places = World::settled(&preset, chance)?;
         let names = places.as_ref().map(|places| Names::new(chance, places.site_side()));
-        let grow = |settings| Fluvial::strided(settings, (spacing_m, stride), sea_level_m, chance, names.clone());
+        let grow = |settings| Fluvial::new(settings, (spacing_m, stride), sea_level_m, chance, names.clone());
         let fluvial = preset.fluvial.as_ref().map(grow);
         Ok(World::grown(preset, seed, stride, fluvial, places, names))
     }
@@ -82,8 +82,7 @@ impl World {
 
     fn regrown(&self, stride: Stride, change: impl FnOnce(Fluvial) -> Fluvial) -> World {
         let World { preset, seed, chance, names, .. } = self;
-        let fluvial =
-            self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride, preset.sea_level_m, *chance)).map(change);
+        let fluvial = self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride)).map(change);
         let places = World::settled(preset, *chance).expect("this world was made of the same settings");
         let world = World::grown(preset.clone(), *seed, stride, fluvial, places, names.clone());
         match &self.budget {

@@ -22,7 +22,6 @@ use crate::hash::{self, Draw, Stream};
 pub struct Barriers {
     fields: Arc<Fields>,
     seed: u64,
-    spacing_m: f64,
     /// Noise that makes barriers higher here and lower there.
     uneven: PointNoise,
 }
@@ -133,12 +132,11 @@ impl Stamp for AreaBarrier<'_> {
 
 impl Barriers {
     /// Returns the barriers of a world with these fields; `None` if it has none.
-    pub fn new(fields: &Arc<Fields>, spacing_m: f64, seed: u64) -> Option<Barriers> {
+    pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Barriers> {
         let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
         (fields.has_sea() && fields.settings().coast.lagoons > 0.0).then(|| Barriers {
             fields: Arc::clone(fields),
             seed: hash::stream(seed, Stream::Barriers),
-            spacing_m,
             uneven: PointNoise::new(wave, 2, hash::stream(seed, Stream::BarrierShape)),
         })
     }
@@ -182,7 +180,7 @@ impl Barriers {
         let beside_m = beds.iter().map(|bed| {
             let (share, square) = bed.nearest(place);
             let river_m = lerp(bed.river, share) * metres;
-            square.sqrt() * metres - (INLET * river_m).max(LEAST_INLET * self.spacing_m)
+            square.sqrt() * metres - (INLET * river_m).max(LEAST_INLET * self.fields.spacing_m())
         });
         smooth(beside_m.fold(f64::INFINITY, f64::min) / INLET_BANK_M)
     }
@@ -209,7 +207,7 @@ impl Barriers {
         let barrier = Barrier {
             middle,
             down: down.map(|part| part / length(down).max(1.0)),
-            half_m: (HALF_M.0 + HALF_M.1 * luck(1)).max(LEAST_HALF * self.spacing_m),
+            half_m: (HALF_M.0 + HALF_M.1 * luck(1)).max(LEAST_HALF * self.fields.spacing_m()),
             crest_m: CREST_M.0 + CREST_M.1 * luck(2),
             deepest_m: sea_m - fields.lowstand_level_m(),
         };
@@ -226,13 +224,9 @@ mod tests {
     use crate::fluvial::Fluvial;
     use crate::fluvial::grain_point::GRAINS;
     use crate::land::WaterKind;
-    use crate::preset::Preset;
 
     fn archipelago(lagoons: f64) -> Fluvial {
-        let (_, preset) = Preset::load("archipelago").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        settings.coast.lagoons = lagoons;
-        Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 11, None)
+        Fluvial::of_preset("archipelago", 11, |settings| settings.coast.lagoons = lagoons)
     }
 
     #[test]

@@ -422,13 +422,9 @@ mod tests {
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
     use crate::land::WaterKind;
-    use crate::preset::Preset;
 
     fn plains(old_arms: f64, braids: f64) -> Fluvial {
-        let (_, preset) = Preset::load("plains").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        (settings.old_arms, settings.braids) = (old_arms, braids);
-        Fluvial::new(&settings, preset.spacing_m, None, 5, None)
+        Fluvial::of_preset("plains", 5, |settings| (settings.old_arms, settings.braids) = (old_arms, braids))
     }
 
     /// Returns the trunks around the origin, each with its branches.

@@ -5,7 +5,7 @@
 
 use super::fields::{COAST_STEP, Fields};
 use super::grain_point::Point;
-use super::valley::Hillsides;
+use super::hillsides::Hillsides;
 use super::warp::Displaced;
 
 /// Nodes a side of a block. The coarse lattice is read for one block at a time. A block is small enough that whole
@@ -74,7 +74,7 @@ fn coarse(step: i64) -> i64 {
 /// finding them would take longer than all else.
 pub fn heights(
     fields: &Fields,
-    (spacing_m, is_far): (f64, bool),
+    is_far: bool,
     nodes: &Displaced,
     hillsides: &Hillsides,
     land_m: &[f32],
@@ -83,7 +83,7 @@ pub fn heights(
         return None;
     }
     let &Displaced { area, step, ref metres } = nodes;
-    let per_vertex = (1.0 / spacing_m) as f32;
+    let per_vertex = (1.0 / fields.spacing_m()) as f32;
     let coarse = coarse(step);
     let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
@@ -170,14 +170,13 @@ mod tests {
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);
             let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };
-            let together = heights(&fields, (preset.spacing_m, false), &nodes, &hillsides(high_m.len()), &high_m)
+            let together = heights(&fields, false, &nodes, &hillsides(high_m.len()), &high_m)
                 .expect("land is higher than any coast");
             for (index, expected_m) in together.iter().enumerate() {
                 let area = Area::new(corner + index as i64, -corner, 1, 1);
                 let by = vec![metres[index]];
                 let nodes = Displaced { area, step: 1, metres: [by.clone(), by] };
-                let alone =
-                    heights(&fields, (preset.spacing_m, false), &nodes, &hillsides(1), &high_m[..1]).expect("likewise");
+                let alone = heights(&fields, false, &nodes, &hillsides(1), &high_m[..1]).expect("likewise");
                 assert_eq!(alone[0], *expected_m, "{} vertices from {area:?}", vertices[index]);
             }
         }

@@ -200,6 +200,11 @@ impl Fields {
         self.metres_a_grain
     }
 
+    /// Returns the distance in metres between vertices.
+    pub fn spacing_m(&self) -> f64 {
+        self.metres_a_grain * GRAINS as f64
+    }
+
     /// Returns the side in grains of a cell of a level's lattice; level 0 has the trunks.
     pub fn side(&self, level: u32) -> i64 {
         self.finest << (self.settings.levels - level)

@@ -188,15 +188,15 @@ mod tests {
     use crate::area::Area;
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
-    use crate::fluvial::settings::FluvialSettings;
     use crate::land::WaterKind;
-    use crate::preset::Preset;
+
+    fn alps(glacier_m: f64) -> Fluvial {
+        Fluvial::of_preset("alps", 61, |settings| settings.glacier_m = Some(glacier_m))
+    }
 
     #[test]
     fn glaciers_lie_high_and_windows_agree_on_them() {
-        let (_, preset) = Preset::load("alps").unwrap();
-        let settings = FluvialSettings { glacier_m: Some(2300.0), ..preset.fluvial.unwrap() };
-        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 61, None);
+        let fluvial = alps(2300.0);
         let area = Area::new(11_008, -22_400, 256, 384);
         let land = fluvial.land(area, &Clock::default());
         let water = land.water.unwrap();
@@ -215,12 +215,10 @@ mod tests {
 
     #[test]
     fn glaciers_end_where_they_are_told_to_and_are_longer_where_that_is_lower() {
-        let (_, preset) = Preset::load("alps").unwrap();
         let whole_m = [2300.0, 2600.0].map(|line_m| {
-            let settings = FluvialSettings { glacier_m: Some(line_m), ..preset.fluvial.clone().unwrap() };
-            let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 61, None);
+            let fluvial = alps(line_m);
             let glaciers = fluvial.glaciers.as_ref().unwrap();
-            let segments = fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), fluvial.detail());
+            let segments = fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), fluvial.detail);
             let all: Vec<_> = segments.channels.iter().filter_map(|channel| glaciers.glacier(channel)).collect();
             assert!(all.len() > 10, "{} glaciers", all.len());
             for glacier in &all {

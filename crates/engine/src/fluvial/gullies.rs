@@ -95,9 +95,9 @@ impl Gullies {
     /// Creates the gullies of a world with these fields; `None` if it has none.
     ///
     /// Octaves that are too short to be seen are carved as their mean, except at a stride of 1.
-    pub fn new(fields: &Fields, (spacing_m, stride): (f64, Stride), seed: u64) -> Option<Gullies> {
+    pub fn new(fields: &Fields, stride: Stride, seed: u64) -> Option<Gullies> {
         let carves_unseen = stride != Stride::ONE;
-        let spacing_m = spacing_m * stride.vertices() as f64;
+        let spacing_m = fields.spacing_m() * stride.vertices() as f64;
         let strength = fields.settings().gullies;
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
         if strength == 0.0 {

@@ -282,7 +282,6 @@ pub fn filled_m(lake: LakeId, pool_m: f64, floor_m: f64, level: u32) -> f64 {
 mod tests {
     use super::*;
     use crate::fluvial::Fluvial;
-    use crate::preset::Preset;
 
     #[test]
     fn a_lake_whose_sill_is_lowered_has_no_dam_before_it() {
@@ -298,10 +297,7 @@ mod tests {
 
     #[test]
     fn a_lake_has_water_all_along() {
-        let (_, preset) = Preset::load("highlands").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        settings.lakes = 1.0;
-        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 3, None);
+        let fluvial = Fluvial::of_preset("highlands", 3, |settings| settings.lakes = 1.0);
         let mut lakes = 0;
         for level in 1..4 {
             let side = 16 * fluvial.fields().side(level);

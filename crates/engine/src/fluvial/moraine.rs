@@ -22,7 +22,6 @@ use crate::hash::{self, Draw, Stream};
 pub struct Moraines {
     fields: Arc<Fields>,
     seed: u64,
-    spacing_m: f64,
     /// Noise that makes the walls uneven.
     uneven: PointNoise,
 }
@@ -127,12 +126,11 @@ fn between([from, to]: [f64; 2], share: f64) -> f64 {
 
 impl Moraines {
     /// Returns the moraines of a world with these fields; `None` if it has none.
-    pub fn new(fields: &Arc<Fields>, spacing_m: f64, seed: u64) -> Option<Moraines> {
+    pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Moraines> {
         let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
         (fields.settings().moraines > 0.0).then(|| Moraines {
             fields: Arc::clone(fields),
             seed: hash::stream(seed, Stream::Moraines),
-            spacing_m,
             uneven: PointNoise::new(wave, 2, hash::stream(seed, Stream::MoraineShape)),
         })
     }
@@ -158,7 +156,7 @@ impl Moraines {
     fn share(&self, segments: &Segments, valleys: &Valleys, index: usize, height_m: f64) -> f64 {
         let Some(own) = segments.all.get(valleys.segment[index] as usize) else { return 0.0 };
         let river_m = lerp(own.river, valleys.share[index] as f64) * self.fields.metres_a_grain();
-        let dry_m = valleys.distance_m[index] as f64 - river_m.max(BED * self.spacing_m);
+        let dry_m = valleys.distance_m[index] as f64 - river_m.max(BED * self.fields.spacing_m());
         let crest_m = valleys.crest_m[index] as f64;
         smooth(dry_m / (BANK_HEIGHTS * height_m)) * smooth(crest_m / (CREST_HEIGHTS * height_m))
     }
@@ -195,7 +193,7 @@ impl Moraines {
             for arc in 0..arcs {
                 let [size, side] = [0, 1].map(|part| luck(3 + TRIES + 2 * arc + part));
                 let Some(floor_m) = self.floor_m(channel, way) else { break };
-                let half_m = (HALF * floor_m).clamp(HALF_M[0], HALF_M[1]).max(3.0 * self.spacing_m);
+                let half_m = (HALF * floor_m).clamp(HALF_M[0], HALF_M[1]).max(3.0 * self.fields.spacing_m());
                 moraines.extend(self.moraine(channel, way, [floor_m, half_m], [luck(2), size, side]));
                 // The next arc further down the valley was left by an older glacier.
                 way += between(APART, size) * half_m / metres;
@@ -210,7 +208,7 @@ impl Moraines {
         let (knot, _) = downstream(channel, (0, 0.0), way)?;
         let section = &channel.sections[knot];
         let floor_m = LEVEL * f64::from(section.trough) * self.fields.metres_a_grain();
-        let is_wide = floor_m >= FLOOR_M[0].max(LEAST_FLOOR * self.spacing_m) && floor_m <= FLOOR_M[1];
+        let is_wide = floor_m >= FLOOR_M[0].max(LEAST_FLOOR * self.fields.spacing_m()) && floor_m <= FLOOR_M[1];
         (is_wide && section.lean <= MOST_LEAN).then_some(floor_m)
     }
 
@@ -261,13 +259,9 @@ mod tests {
     use crate::area::Area;
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
-    use crate::fluvial::settings::FluvialSettings;
-    use crate::preset::Preset;
 
     fn alps(moraines: f64) -> Fluvial {
-        let (_, preset) = Preset::load("alps").unwrap();
-        let settings = FluvialSettings { moraines, ..preset.fluvial.unwrap() };
-        Fluvial::new(&settings, preset.spacing_m, None, 61, None)
+        Fluvial::of_preset("alps", 61, |settings| settings.moraines = moraines)
     }
 
     const AREA: Area = Area { x0: 10_368, y0: -22_464, x1: 10_624, y1: -22_080 };
@@ -275,7 +269,7 @@ mod tests {
     #[test]
     fn there_is_nothing_of_a_moraine_past_its_reach() {
         let fluvial = alps(1.0);
-        let moraines = fluvial.moraines.as_ref().unwrap().around(&fluvial.segments(AREA, fluvial.detail()));
+        let moraines = fluvial.moraines.as_ref().unwrap().around(&fluvial.segments(AREA, fluvial.detail));
         assert!(moraines.len() > 10, "{} moraines", moraines.len());
         for moraine in &moraines {
             let (_, reach_m) = moraine.reach();

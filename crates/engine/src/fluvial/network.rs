@@ -219,14 +219,11 @@ mod tests {
     use crate::fluvial::channel::Mouth;
     use crate::fluvial::grain_point::Point;
     use crate::fluvial::segments_above::AsksAbove;
-    use crate::preset::Preset;
 
     #[test]
     fn a_channel_is_found_wherever_it_runs_and_joins_another_where_that_is_drawn() {
         for name in ["alps", "archipelago"] {
-            let (_, preset) = Preset::load(name).unwrap();
-            let sea_level_m = preset.sea_level_m;
-            let fluvial = Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, sea_level_m, 4, None);
+            let fluvial = Fluvial::of_preset(name, 4, |_| {});
             let network = fluvial.network();
             let (mut known, mut joins) = (0, 0);
             for level in 0..fluvial.fields().levels() {

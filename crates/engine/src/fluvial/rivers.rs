@@ -115,7 +115,7 @@ impl Fluvial {
         let mut found = BTreeMap::new();
         // Catchments shrink from level to level: below the first level without rivers there are none.
         for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
-            self.network.larger_channels(level, self.least_area(), rectangle, |channel| {
+            self.network.larger_channels(level, self.detail.least_area, rectangle, |channel| {
                 // A channel drains most at its mouth: if the mouth is dry, the channel has no river.
                 if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
                     let rivers = self.rivers_of(self.top(channel.id));
@@ -147,7 +147,7 @@ impl Fluvial {
         let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
         let mut lakes = Vec::new();
         let widest_m = |level| Hollow::widest(&self.fields, level) * self.fields.metres_a_grain();
-        for level in (0..self.levels()).take_while(|level| widest_m(*level) >= least_half_width_m) {
+        for level in (0..self.detail.channels.levels).take_while(|level| widest_m(*level) >= least_half_width_m) {
             // Every channel that runs into a lake names the lake, so the channels in its bays find it too.
             self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
         }
@@ -211,7 +211,7 @@ impl Fluvial {
     /// Returns an area that holds all of the world whose points lie in a rectangle of the network.
     pub(crate) fn area_in_world(&self, [low, high]: [Point; 2]) -> Area {
         // Add the greatest displacement of the warp, and some more for rounding to vertices.
-        let node_m = self.spacing_m * self.stride as f64;
+        let node_m = self.node_m();
         let [east, south] = self.warp.most_m().map(|metres| (metres / node_m).ceil() as i64 + 2);
         let node = |grains: i64| grains.div_euclid(GRAINS * self.stride);
         Area {
@@ -249,7 +249,7 @@ impl Fluvial {
             _ => {
                 wet.any(|wet| wet)
                     || self
-                        .segments(valley::input(area), self.detail())
+                        .segments(valley::input(area), self.detail)
                         .all
                         .iter()
                         .any(|segment| segment.lowest_m() < sea_m)
@@ -264,7 +264,7 @@ impl Fluvial {
 
     /// Tells whether a channel that drains this area holds water.
     pub(super) fn is_wet(&self, area: f64) -> bool {
-        self.fields.is_wet(area) && area >= self.least_area()
+        self.fields.is_wet(area) && area >= self.detail.least_area
     }
 
     /// Returns the channel in which the course of a channel begins, at a spring.
@@ -392,7 +392,7 @@ impl Fluvial {
         let node = GRAINS * self.stride;
         let origin = [first.x, first.y].map(|grains| grains.div_euclid(node));
         let corner = Point { x: origin[0] * node, y: origin[1] * node };
-        let node_m = self.spacing_m * self.stride as f64;
+        let node_m = self.node_m();
         let point = |CoursePoint { at, level_m, area, river, .. }: &CoursePoint| {
             let discharge_m3s = self.fields.discharge_m3s(*area);
             LinePoint {

@@ -264,12 +264,10 @@ mod tests {
     use crate::fluvial::Fluvial;
     use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::network::ShownChannels;
-    use crate::preset::Preset;
 
     #[test]
     fn patches_have_what_a_look_at_all_finds() {
-        let settings = Preset::load("alps").unwrap().1.fluvial.unwrap();
-        let fluvial = Fluvial::new(&settings, 10.0, None, 4, None);
+        let fluvial = Fluvial::of_preset("alps", 4, |_| {});
         let (cell, corner) = (fluvial.fields().side(2) as f64, Point { x: 1 << 30, y: -(1 << 29) });
         let square = [corner, corner.moved([6.0 * cell; 2])];
         let origin = origin(fluvial.fields(), corner);
@@ -314,8 +312,7 @@ mod tests {
 
     #[test]
     fn places_are_told_from_a_corner_near_by() {
-        let settings = Preset::load("alps").unwrap().1.fluvial.unwrap();
-        let fluvial = Fluvial::new(&settings, 10.0, None, 4, None);
+        let fluvial = Fluvial::of_preset("alps", 4, |_| {});
         for at in [[0, 0], [-1, 1], [1 << 50, -(1 << 50)]] {
             let at = Point { x: at[0], y: at[1] };
             let off = at.from(origin(fluvial.fields(), at));

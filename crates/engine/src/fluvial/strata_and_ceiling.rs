@@ -1,7 +1,8 @@
 //! The lift: the change of heights by layers of rock and by the ceiling. It is strictly increasing, so it makes no
 //! pits. Layers begin at the sea's level, so the lift moves no shores.
 
-use super::settings::{FluvialSettings, Strata};
+use super::fields::Fields;
+use super::settings::Strata;
 use crate::hash::{self, Stream};
 
 /// The lift of a world.
@@ -21,11 +22,12 @@ pub struct Lift {
 const LEAST_CLIFF: f64 = 0.4;
 
 impl Lift {
-    /// Makes the lift of a world with these settings.
-    pub fn new(settings: &FluvialSettings, sea_level_m: Option<f64>, seed: u64) -> Lift {
+    /// Makes the lift of a world with these fields.
+    pub fn new(fields: &Fields, seed: u64) -> Lift {
+        let settings = fields.settings();
         let knee_m = settings.knee * settings.ceiling_m;
         let room_m = settings.ceiling_m - knee_m;
-        let datum_m = sea_level_m.unwrap_or(0.0);
+        let datum_m = if fields.has_sea() { fields.sea_level_m() } else { 0.0 };
         Lift { strata: settings.strata.clone(), seed: hash::stream(seed, Stream::Strata), datum_m, knee_m, room_m }
     }
 
@@ -65,7 +67,7 @@ mod tests {
         for name in ["alps", "canyon"] {
             let (_, preset) = Preset::load(name).unwrap();
             let settings = preset.fluvial.unwrap();
-            let lift = Lift::new(&settings, preset.sea_level_m, 1);
+            let lift = Lift::new(&Fields::new(&settings, preset.spacing_m, preset.sea_level_m, 1), 1);
             let heights: Vec<f64> = (-1000..20_000).map(|half| lift.at(half as f64 / 2.0)).collect();
             assert!(heights.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
             assert!(heights[heights.len() - 1] < settings.ceiling_m, "{name}");

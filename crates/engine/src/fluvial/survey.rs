@@ -7,10 +7,11 @@
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::fluvial::Fluvial;
+use crate::fluvial::detail::{Detail, SLOPE_STEP};
 use crate::fluvial::grain_point::{self, GRAINS, Point, overlap};
 use crate::fluvial::network::ShownChannels;
 use crate::fluvial::segment::{Reach, Segments};
-use crate::fluvial::{Detail, Fluvial, SLOPE_STEP};
 use crate::geometry::{length, lerp};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -275,6 +276,7 @@ impl Fluvial {
             brook_cells,
             gullies: sampling.has_gullies(),
             breaches: false,
+            ..self.detail
         }
     }
 

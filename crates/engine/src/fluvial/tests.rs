@@ -13,22 +13,39 @@ use crate::lines::FIXED;
 use crate::preset::Preset;
 use channel::{Channel, Knot};
 use grain_point::GRAINS;
-use segment::Segment;
+use hillsides::Hillsides;
+use network::ShownChannels;
+use segment::{Segment, Segments};
 use segments_above::AsksAbove;
 use survey::{RiverPiece, Survey};
+use valley::Valleys;
+use warp::Displaced;
 
 const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
 
 /// More vertices around an area than any stage reads.
 const WIDE: usize = 40;
 
+impl Fluvial {
+    /// Makes the relief of a built-in preset whose settings `change` has changed.
+    pub(crate) fn of_preset(name: &str, seed: u64, change: impl FnOnce(&mut FluvialSettings)) -> Fluvial {
+        let (_, preset) = Preset::load(name).unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        change(&mut settings);
+        Fluvial::new(&settings, (preset.spacing_m, Stride::ONE), preset.sea_level_m, seed, None)
+    }
+}
+
 fn relief(name: &str) -> Fluvial {
     seeded(name, 4)
 }
 
 fn seeded(name: &str, seed: u64) -> Fluvial {
-    let (_, preset) = Preset::load(name).unwrap();
-    Fluvial::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, seed, None)
+    Fluvial::of_preset(name, seed, |_| {})
+}
+
+fn hillsides_of(fluvial: &Fluvial, area: Area) -> Hillsides {
+    Hillsides::new(&fluvial.fields, area, fluvial.detail, fluvial.reach(fluvial.detail))
 }
 
 /// All data before gullies and water, for an area much larger than `AREA`.
@@ -48,9 +65,9 @@ const ALL_M: f32 = 1e6;
 
 fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     let wide = valley::input(area.padded(WIDE));
-    let segments = fluvial.segments(wide, fluvial.detail());
+    let segments = fluvial.segments(wide, fluvial.detail);
     let nodes = fluvial.warp.fill(wide, 1);
-    let hillsides = fluvial.hillsides(wide, fluvial.detail());
+    let hillsides = hillsides_of(&fluvial, wide);
     let valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
     Known { segments, nodes, hillsides, valleys }
 }
@@ -98,8 +115,8 @@ fn no_other_segments_matter_in(names: &[&str]) {
     for name in names {
         let fluvial = relief(name);
         let expected = fluvial.land(AREA, &Clock::default());
-        let wide = fluvial.segments(AREA.padded(600), fluvial.detail());
-        let near = fluvial.segments(valley::input(AREA), fluvial.detail());
+        let wide = fluvial.segments(AREA.padded(600), fluvial.detail);
+        let near = fluvial.segments(valley::input(AREA), fluvial.detail);
         let key = |of: &Segments, segment: &Segment| (of.channels[segment.channel as usize].id, segment.knot);
         let known: BTreeSet<_> = near.all.iter().map(|segment| key(&near, segment)).collect();
         let mut poisoned = wide.all.clone();
@@ -113,7 +130,7 @@ fn no_other_segments_matter_in(names: &[&str]) {
         }
         assert!(beyond > 1000, "{name}: {beyond} segments lie beyond the reach");
         let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
-        let land = fluvial.land_of(&segments, AREA, fluvial.detail(), &Clock::default());
+        let land = fluvial.land_of(&segments, AREA, fluvial.detail, &Clock::default());
         assert_eq!(land.heights, expected.heights, "{name}");
     }
 }
@@ -138,10 +155,10 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
         for levels in 3..=settings.levels {
             preset.fluvial.as_mut().unwrap().levels = levels;
             let settings = preset.fluvial.as_ref().unwrap();
-            let fluvial = Fluvial::new(settings, preset.spacing_m, preset.sea_level_m, 4, None);
+            let fluvial = Fluvial::new(settings, (preset.spacing_m, Stride::ONE), preset.sea_level_m, 4, None);
             let area = valley::input(AREA);
-            let (nodes, hillsides) = (fluvial.warp.fill(area, 1), fluvial.hillsides(area, fluvial.detail()));
-            let segments = fluvial.segments(area, fluvial.detail());
+            let (nodes, hillsides) = (fluvial.warp.fill(area, 1), hillsides_of(&fluvial, area));
+            let segments = fluvial.segments(area, fluvial.detail);
             let read_m = fluvial.crest_read_m(fluvial.gullies.first());
             let told = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, read_m);
             let whole = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
@@ -186,8 +203,8 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let fluvial = relief("alps");
     let gullies = &fluvial.gullies[0];
     let area = valley::input(Area::new(-1200, 300, 640, 640));
-    let (nodes, hillsides) = (fluvial.warp.fill(area, 1), fluvial.hillsides(area, fluvial.detail()));
-    let segments = fluvial.segments(area, fluvial.detail());
+    let (nodes, hillsides) = (fluvial.warp.fill(area, 1), hillsides_of(&fluvial, area));
+    let segments = fluvial.segments(area, fluvial.detail);
     let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
     let bare_m = valleys.height_m.clone();
     gullies.carve(&nodes, &hillsides.slope, &mut valleys);
@@ -262,7 +279,7 @@ fn whole_patches_read_the_same_as_their_parts() {
 
 /// Returns the tributaries whose heads lie in a square of `vertices` vertices of the network's plane.
 fn tributaries(fluvial: &Fluvial, vertices: i64) -> Vec<Arc<Channel>> {
-    let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), fluvial.detail());
+    let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), fluvial.detail);
     let end = Point::at_vertex(vertices, vertices);
     let inside = |at: Point| at.x >= 0 && at.y >= 0 && at.x < end.x && at.y < end.y;
     let wanted = |channel: &&Arc<Channel>| channel.id.0 > 0 && inside(channel.knots[0].at);
@@ -514,12 +531,8 @@ fn springs_lie_on_the_ground_and_in_their_water() {
 #[test]
 fn deltas_carry_rivers_on_above_the_sea() {
     for (name, side) in [("archipelago", 24), ("fjords", 32)] {
-        let (_, preset) = Preset::load(name).unwrap();
-        let [bare, built] = [0.0, 0.1].map(|deltas| {
-            let mut settings = preset.fluvial.clone().unwrap();
-            settings.coast.deltas = deltas;
-            Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 4, None)
-        });
+        let [bare, built] =
+            [0.0, 0.1].map(|deltas| Fluvial::of_preset(name, 4, |settings| settings.coast.deltas = deltas));
         let (mut longer, mut shorter) = (0, 0);
         for id in (0..side * side).map(|n| (0, n % side, n / side)) {
             let [Some(bare), Some(built)] = [&bare, &built].map(|fluvial| fluvial.network.channel(id)) else {
@@ -545,27 +558,22 @@ fn deltas_carry_rivers_on_above_the_sea() {
 #[test]
 fn bare_land_ends_without_steps_where_the_reach_of_its_channel_does() {
     // Below a ridge, a hillside without a brook falls to the coast for more than a kilometre.
-    let (_, preset) = Preset::load("archipelago").unwrap();
-    let settings = preset.fluvial.unwrap();
-    let fluvial = Fluvial::new(&settings, preset.spacing_m, preset.sea_level_m, 151_002, None);
+    let fluvial = seeded("archipelago", 151_002);
     let area = Area::new(1_085_952, -2_843_360, 96, 72);
     let heights = fluvial.land(area, &Clock::default()).heights;
     let inner = Area { x0: area.x0 + 1, y0: area.y0 + 1, ..area };
     for (x, y) in inner.vertices() {
         for beside in [heights.at(x - 1, y), heights.at(x, y - 1)] {
             let step_m = (heights.at(x, y) - beside).abs();
-            assert!(step_m < 1.4 * preset.spacing_m as f32, "a step of {step_m} m at {x},{y}");
+            assert!(step_m < 1.4 * fluvial.node_m() as f32, "a step of {step_m} m at {x},{y}");
         }
     }
 }
 
 #[test]
 fn rills_furrow_some_hillsides_and_no_rivers() {
-    let (_, preset) = Preset::load("alps").unwrap();
-    let [bare, furrowed] = [0.05, 1.0].map(|rills| {
-        let settings = FluvialSettings { rills: Some(rills), ..preset.fluvial.clone().unwrap() };
-        Fluvial::new(&settings, preset.spacing_m, None, 4, None)
-    });
+    let [bare, furrowed] =
+        [0.05, 1.0].map(|rills| Fluvial::of_preset("alps", 4, |settings| settings.rills = Some(rills)));
     let area = Area::new(-300, 1000, 192, 192);
     let [bare, furrowed] = [&bare, &furrowed].map(|fluvial| fluvial.land(area, &Clock::default()));
     let deeper_m = |x, y| bare.heights.at(x, y) - furrowed.heights.at(x, y);
@@ -591,11 +599,8 @@ fn rills_furrow_some_hillsides_and_no_rivers() {
 
 #[test]
 fn steep_land_is_rough_and_rivers_are_not() {
-    let (_, preset) = Preset::load("alps").unwrap();
-    let [smooth, rough] = [0.0, 1.0].map(|roughness| {
-        let settings = FluvialSettings { roughness, ..preset.fluvial.clone().unwrap() };
-        Fluvial::new(&settings, preset.spacing_m, None, 4, None)
-    });
+    let [smooth, rough] =
+        [0.0, 1.0].map(|roughness| Fluvial::of_preset("alps", 4, |settings| settings.roughness = roughness));
     let area = Area::new(-300, 1000, 192, 192);
     let [smooth, rough] = [&smooth, &rough].map(|fluvial| fluvial.land(area, &Clock::default()));
     let (mut steep, mut rougher) = (0, 0);
@@ -606,7 +611,7 @@ fn steep_land_is_rough_and_rivers_are_not() {
             + (smooth.heights.at(x, y + 1) - smooth.heights.at(x, y)).abs();
         let is_river = smooth.water.as_ref().unwrap().kind.at(x, y) == WaterKind::River;
         assert!(!is_river || off_m < 0.5, "a river is {off_m} m off at {x},{y}");
-        if step_m > 0.5 * preset.spacing_m as f32 {
+        if step_m > 5.0 {
             steep += 1;
             rougher += usize::from(off_m > 1.0);
         }
@@ -671,7 +676,7 @@ fn a_survey_without_dry_brooks_knows_the_land_in_the_mean() {
 fn the_segments_near_a_part_are_those_that_it_would_ask_for() {
     for name in ["alps", "archipelago"] {
         let fluvial = relief(name);
-        let (part, detail) = (Area::new(-40, 70, 32, 32), fluvial.detail());
+        let (part, detail) = (Area::new(-40, 70, 32, 32), fluvial.detail);
         let all = fluvial.segments(part.padded(400), detail);
         let near = all.near(fluvial.warp.input(part, 1), fluvial.reach(detail));
         let names = |segments: &Segments| {

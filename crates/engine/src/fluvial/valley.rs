@@ -9,9 +9,10 @@
 //! changes nothing. There are four steps, each with the segments that the one before has left: those that may be lowest
 //! in a block of patches, in a quarter of the block, in a patch, and the lowest at a vertex.
 
-use super::brook_relief::{LaneRest, Rest};
+use super::brook_relief::LaneRest;
 use super::fields::Fields;
 use super::grain_point::{GRAINS, Point};
+use super::hillsides::Hillsides;
 use super::segment::{Reach, Segments};
 use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide, column};
 use crate::area::Area;
@@ -91,17 +92,6 @@ impl Valleys {
             share: floats(),
         }
     }
-}
-
-/// The hillsides between valleys, at nodes.
-#[derive(Debug)]
-pub struct Hillsides {
-    /// Distances from a node within which channels are looked for.
-    pub reach: Reach,
-    /// Slopes of the hillsides.
-    pub slope: Vec<f32>,
-    /// The mean effect of finer channels, if there are more levels than those that are asked for.
-    pub rest: Option<Rest>,
 }
 
 /// The computation of the valleys of an area.

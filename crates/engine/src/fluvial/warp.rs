@@ -78,7 +78,8 @@ const LEAST_WAVE: f64 = 1.0;
 const PATCH: i64 = 64;
 
 impl Warp {
-    pub fn new(fields: &Fields, spacing_m: f64, seed: u64) -> Warp {
+    pub fn new(fields: &Fields, seed: u64) -> Warp {
+        let spacing_m = fields.spacing_m();
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
         let wavelength_m = LONGEST * finest_m;
         let axes = |power: u32| {
@@ -231,7 +232,7 @@ mod tests {
             let (_, preset) = Preset::load(name).unwrap();
             let settings = preset.fluvial.as_ref().unwrap();
             let fields = Fields::new(settings, preset.spacing_m, preset.sea_level_m, seed);
-            let warp = Warp::new(&fields, preset.spacing_m, seed);
+            let warp = Warp::new(&fields, seed);
             let mut points = warp.points();
             // The test covers a whole region, as the plane is bent most in few places.
             for place in 0..64 * 64 {

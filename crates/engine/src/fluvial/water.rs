@@ -552,13 +552,10 @@ mod tests {
     use crate::fluvial::channel::Channel;
     use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::segment::segments_of;
-    use crate::preset::Preset;
 
     #[test]
     fn bars_lie_on_the_insides_of_bends_and_leave_their_rivers_whole() {
-        let (_, preset) = Preset::load("plains").unwrap();
-        let settings = preset.fluvial.unwrap();
-        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 5, None);
+        let fluvial = Fluvial::of_preset("plains", 5, |_| {});
         let side = 6 * fluvial.fields().side(0);
         let mut bends: Vec<(Arc<Channel>, usize)> = Vec::new();
         fluvial.network().channels(0, [Point { x: -side, y: -side }, Point { x: side, y: side }], |trunk| {

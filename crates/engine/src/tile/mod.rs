@@ -35,7 +35,7 @@ use crate::area::{Area, Stride, TileId};
 use crate::clock::{Clock, stage};
 use crate::grid::Grid;
 use crate::land::{Land, Water};
-use crate::lines::{Bed, Imprint, Lines};
+use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
 use crate::world::World;
 
@@ -96,7 +96,7 @@ impl TilePlan {
 
     /// Returns the lines that shape the tile's land.
     #[cfg(feature = "gpu")]
-    pub(crate) fn lines(&self) -> impl Iterator<Item = &crate::lines::Line> {
+    pub(crate) fn lines(&self) -> impl Iterator<Item = &Line> {
         self.lines.iter().map(AsRef::as_ref)
     }
 

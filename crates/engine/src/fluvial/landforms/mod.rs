@@ -117,14 +117,10 @@ impl Landforms {
 mod tests {
     use super::*;
     use crate::fluvial::lake::Hollow;
-    use crate::preset::Preset;
 
     #[test]
     fn wide_lakes_are_those_of_the_coarser_levels() {
-        let (_, preset) = Preset::load("highlands").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        settings.lakes = 1.0;
-        let fluvial = Fluvial::new(&settings, preset.spacing_m, None, 3, None);
+        let fluvial = Fluvial::of_preset("highlands", 3, |settings| settings.lakes = 1.0);
         let area = Area::new(-1024, -1024, 2048, 2048);
         let found = |least_m| {
             let lakes = Landforms::default().lakes(&fluvial, &area, least_m);

@@ -1,0 +1,66 @@
+//! Hillsides: the slopes of the land between valleys, sampled at coarse nodes and interpolated between them.
+
+use super::brook_relief::{Rest, RestLaw};
+use super::detail::Detail;
+use super::fields::Fields;
+use super::grain_point::Point;
+use super::segment::Reach;
+use crate::area::Area;
+
+/// The hillsides between valleys, at nodes.
+#[derive(Debug)]
+pub struct Hillsides {
+    /// Distances from a node within which channels are looked for.
+    pub reach: Reach,
+    /// Slopes of the hillsides.
+    pub slope: Vec<f32>,
+    /// The mean effect of finer channels, if there are more levels than those that are asked for.
+    pub rest: Option<Rest>,
+}
+
+impl Hillsides {
+    /// Returns the hillsides at the nodes of an area, where channels matter within `reach`.
+    pub(super) fn new(fields: &Fields, area: Area, detail: Detail, reach: Reach) -> Hillsides {
+        let (step, levels) = (detail.slope_step / detail.step, detail.channels.levels);
+        let coarse = detail.slope_step;
+        let corners = corners(area, step).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
+        let uplifts = fields.uplifts(&corners.collect::<Vec<_>>());
+        let table = |of: &dyn Fn(f64) -> f64| {
+            bilinear(area, step, &uplifts.iter().map(|uplift| of(*uplift) as f32).collect::<Vec<_>>())
+        };
+        let law = |uplift| RestLaw::new(fields, uplift, levels);
+        let rest =
+            || Rest { slope: table(&|uplift| law(uplift).slope), height_m: table(&|uplift| law(uplift).height_m) };
+        Hillsides {
+            reach,
+            slope: table(&|uplift| fields.hill_slope(uplift)),
+            rest: (levels < fields.levels()).then(rest),
+        }
+    }
+}
+
+/// Returns the corners, in cells, of the cells of `step` nodes that hold the nodes of an area.
+fn corners(area: Area, step: i64) -> Area {
+    let last = |past: i64| (past - 1).div_euclid(step) + 2;
+    Area { x0: area.x0.div_euclid(step), y0: area.y0.div_euclid(step), x1: last(area.x1), y1: last(area.y1) }
+}
+
+/// Interpolates values at the nodes of an area from those at the [`corners`] of cells of `step` nodes.
+fn bilinear(area: Area, step: i64, table: &[f32]) -> Vec<f32> {
+    let Area { x0: i0, y0: j0, .. } = corners(area, step);
+    let columns = corners(area, step).width();
+    let mut out = vec![0.0; area.len()];
+    let scale = 1.0 / step as f32;
+    for (y, row) in (area.y0..area.y1).zip(out.chunks_exact_mut(area.width())) {
+        let j = (y.div_euclid(step) - j0) as usize * columns;
+        let v = y.rem_euclid(step) as f32 * scale;
+        for (x, value) in (area.x0..area.x1).zip(row) {
+            let i = j + (x.div_euclid(step) - i0) as usize;
+            let u = x.rem_euclid(step) as f32 * scale;
+            let north = table[i] + (table[i + 1] - table[i]) * u;
+            let south = table[i + columns] + (table[i + columns + 1] - table[i + columns]) * u;
+            *value = north + (south - north) * v;
+        }
+    }
+    out
+}
