@@ -658,16 +658,9 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
             let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
             let slope = INCISION * gentlest * fields.metres_a_grain();
             // The segments whose sides may be below the bed somewhere on the way between the two knots.
-            let middle = here.towards(&pair[1], 0.5).at.from(origin);
             let half = here.at.distance(pair[1].at) / 2.0;
-            let highest_m = here.level_m.max(pair[1].level_m);
-            let may_be_below = |segment: &&Segment| {
-                highest_m > segment.lowest_m() && {
-                    let least = (segment.nearest(middle).1.sqrt() - half).max(0.0);
-                    segment.may_be_below(least * least, slope, highest_m)
-                }
-            };
-            let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
+            let circle = Circle { middle: here.towards(&pair[1], 0.5).at.from(origin), radius: half };
+            let lower = nearly_below(&near, &circle, slope, here.level_m.max(pair[1].level_m));
             let cut_m = |knot: &Knot| {
                 let at = knot.at.from(origin);
                 lower

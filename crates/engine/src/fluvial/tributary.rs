@@ -1,6 +1,5 @@
 //! Tributaries: the lines that they follow around their straight courses, and the heights of their beds.
 
-use std::cell::Cell;
 use std::sync::Arc;
 
 use super::channel::{Channel, Knot, Mouth};
@@ -8,39 +7,24 @@ use super::course_offsets;
 use super::fields::{BESIDE, Fields, most_area};
 use super::grain_point::{Point, chance, overlap};
 use super::lake::{self, Hollow, NO_LAKE};
-use super::segment::{Bounds, Circle, INCISION, Segment, bed_in, cut_into, measured, nearly_below, rise, segments_of};
+use super::segment::{Bounds, Circle, Segment, bed_in, cut_into, measured, nearly_below, segments_of};
 use super::segments_above::{self, Above, Asked, AsksAbove};
+use super::tributary_bed::{Bed, Beside, LargerValleys, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk_curve::DROWNED_SLOPE;
-use super::trunk_lattice::{LEAST_SLOPE, NodeId};
-use crate::geometry::{LineSegment, length, lerp, lines};
+use super::trunk_lattice::NodeId;
+use crate::geometry::{LineSegment, length, lines};
 use crate::hash::{self, Draw};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
-
-/// Share of the area at its mouth by which a tributary's area is smaller at its head. The head has a quarter, as much
-/// as the mouth of a tributary of the next level.
-const AREA_FALL: f64 = 0.75;
 
 /// Radius around the middle of a tributary's course within which larger valleys are looked up, as a multiple of the sum
 /// of the course's length and the side of a cell.
 const NEAR: f64 = 1.5;
 
-/// Shares of a step up a tributary at which its bed is compared with the sides of larger valleys, besides the step's
-/// upper end. They are closer together towards the lower end, where floors are flattest.
-const PLACES: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.75];
-
-/// Least depth in metres of a bed below the sides of larger valleys: as much as rasters of these sides may lose.
-const CUT_M: f64 = 0.05;
-
 /// Height in metres above the side of another valley from which on a bed counts as hanging in the air: more than
 /// rasters lose.
 const HANGS_M: f64 = 1.0;
-
-/// Slopes of the parts of a glacier's valley, from its mouth up, as multiples of a river's slope. The valley hangs over
-/// the larger one, which the larger glacier has cut deeper, and rises in steps to the floor of its cirque. The mean is
-/// 1, so that both rise as much.
-const STAIRS: [f64; 4] = [1.5, 0.7, 1.5, 0.3];
 
 /// The tributaries of a world.
 #[derive(Debug)]
@@ -59,50 +43,6 @@ struct Surroundings {
     middle: [f64; 2],
     reach: f64,
     courses: Vec<LineSegment>,
-}
-
-/// The larger valleys near a tributary.
-#[derive(Clone, Copy)]
-struct LargerValleys<'a> {
-    above: &'a Above,
-    /// Middle of the tributary's course, and the radius in grains around it within which the side of a brook matters.
-    middle: [f64; 2],
-    brook: f64,
-}
-
-impl<'a> LargerValleys<'a> {
-    /// Returns the segments of the valleys, without the groups whose bounds show that they do not matter.
-    fn which(self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
-        self.above.beneath(self.middle, self.brook, may_matter)
-    }
-
-    /// Returns the segments that may decide [how high a bed keeps](beside_m) somewhere in a circle.
-    fn nearly_above(self, circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
-        let highest_m = Cell::new(f64::NEG_INFINITY);
-        let may_be_higher = |bounds: &Bounds| {
-            bounds.level_m[1] - beside.rise_m(bounds.least_square(circle.middle).sqrt()) > highest_m.get()
-        };
-        self.which(&may_be_higher).for_each(|segment| {
-            let above_m = beside.above_m(segment, circle.middle);
-            if above_m > highest_m.get() {
-                highest_m.set(above_m);
-            }
-        });
-        // Nowhere in the circle is the height less than this.
-        let least_m = highest_m.get() - beside.slope * circle.radius;
-        let may_decide = |highest_m: f64, grains: f64| highest_m - beside.rise_m(grains) >= least_m;
-        let may_matter = |bounds: &Bounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
-        self.which(&may_matter).filter(|segment| may_decide(segment.highest_m(), circle.least(segment))).collect()
-    }
-
-    /// Returns the segments whose sides may be below a height somewhere in a circle, if hillsides rise `slope` metres a
-    /// grain.
-    fn nearly_below(self, circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
-        let may_matter = |bounds: &Bounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
-        self.which(&may_matter)
-            .filter(|segment| segment.may_be_below(circle.least(segment).powi(2), slope, most_m))
-            .collect()
-    }
 }
 
 impl Surroundings {
@@ -203,21 +143,15 @@ impl Tributaries {
         let from = shore.from(origin);
         let near = surroundings.valleys(fields.side(level) as f64);
         let places = self.wander(level, (id.1, id.2), [from, way], &surroundings.lines(near));
-        let uplift = fields.uplift(head);
-        let mut knots = self.bed(
-            level,
-            Knot { at: shore, level_m, area: most_area(level), pool_m },
-            &places,
-            origin,
-            near,
-            lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level)),
-        );
+        let knot = Knot { at: shore, level_m, area: most_area(level), pool_m };
+        let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
+        let mut knots = Bed::new(fields, level, (knot, origin), &places, near, filled_m).knots();
         knots.reverse();
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
             knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), pool_m });
         }
-        let mut channel = Channel::new(id, knots, mouth, fields.hill_slope(uplift));
+        let mut channel = Channel::new(id, knots, mouth, fields.hill_slope(fields.uplift(head)));
         channel.lake = lake.map(|(_, id)| id);
         channel.joined_slope = joined_slope;
         if fields.is_wet(most_area(level)) {
@@ -289,131 +223,6 @@ impl Tributaries {
         let crosses = |line: &LineSegment| around.iter().any(|other| other.crosses(line));
         if lines(&wandered, 1).iter().any(crosses) { straight } else { wandered }
     }
-
-    /// Returns the knots of a tributary from its shore up, through places that are relative to an origin, given the
-    /// segments of larger valleys near it and the height to which a lake has filled its mouth.
-    fn bed(
-        &self,
-        level: u32,
-        shore: Knot,
-        places: &[[f64; 2]],
-        origin: Point,
-        near: LargerValleys,
-        filled_m: f64,
-    ) -> Vec<Knot> {
-        let fields = &self.fields;
-        let uplift = fields.uplift(origin.moved(places[places.len() - 1]));
-        // Distances in metres from the shore up to each place.
-        let mut way_m = vec![0.0];
-        for pair in places.windows(2) {
-            let step = length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
-            way_m.push(way_m[way_m.len() - 1] + step * fields.metres_a_grain());
-        }
-        let segments = places.len() - 1;
-        // Near the larger valley hillsides may be gentler than at the head.
-        let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
-        let hillside = gentlest * fields.metres_a_grain();
-        let side_slope = INCISION * hillside;
-        let beside = Beside { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
-        let coast_filled_m = fields.filled_m(level);
-        let filled_m = filled_m.max(coast_filled_m);
-        let is_wet = fields.is_wet(most_area(level));
-        let area = |share: f64| most_area(level) * (1.0 - AREA_FALL * share);
-        // The finest valleys are younger than the ice, so glaciers have not shaped them.
-        let iced = if level + 1 < fields.levels() { fields.iced(shore.level_m) } else { 0.0 };
-        let steepest = fields.settings().channel_slope * fields.hill_slope(uplift);
-        // The metres that a river with the area of each step's middle rises along the step.
-        let rises_m: Vec<f64> = (1..=segments)
-            .map(|step| {
-                let middle = f64::midpoint(way_m[step - 1] / way_m[segments], way_m[step] / way_m[segments]);
-                let stair = 1.0 + iced * (STAIRS[(middle * STAIRS.len() as f64) as usize] - 1.0);
-                let slope = (fields.river_slope(uplift, area(middle)) * stair).min(steepest);
-                (way_m[step] - way_m[step - 1]) * slope
-            })
-            .collect();
-        // Of the segments nearby, only those are kept that may matter somewhere along the bed.
-        let around = Circle::around(places);
-        let above = near.nearly_above(&around, beside);
-        let most_m = above.iter().map(|segment| segment.highest_m()).fold(filled_m.max(shore.level_m), f64::max);
-        let most_m = most_m + rises_m.iter().sum::<f64>() + CUT_M;
-        let near = near.nearly_below(&around, side_slope, most_m);
-        // Listed from the head down, as the function expects.
-        let coast_m = fields.below_coast_along_m(places.iter().rev().map(|place| origin.moved(*place)), coast_filled_m);
-        let mut knots = vec![shore];
-        for step in 1..=segments {
-            let share = way_m[step] / way_m[segments];
-            let [before, here] = [places[step - 1], places[step]];
-            let step_m = way_m[step] - way_m[step - 1];
-            let rise_m = rises_m[step - 1];
-            let below_m = knots[knots.len() - 1].level_m;
-            // The bed stays high enough that no larger channel beside it comes to lie on its side, and loses its water
-            // to it.
-            let beside_m = beside_m(&above, here, beside);
-            let free_m = beside_m.max(below_m + rise_m).max(filled_m);
-            // But the bed must not stand above the sides of larger valleys, and those of lower channels may be lower.
-            // This also holds between two knots: the bed is straight there, but the floor of a valley that is wider
-            // than the step is round.
-            let mut ground_m = free_m;
-            let step_grains = step_m / fields.metres_a_grain();
-            let may_be_below = |segment: &&Segment| {
-                free_m + CUT_M > segment.lowest_m() && {
-                    let least = (segment.nearest(here).1.sqrt() - step_grains).max(0.0);
-                    segment.may_be_below(least * least, side_slope, free_m + CUT_M)
-                }
-            };
-            let lower: Vec<&Segment> = near.iter().copied().filter(may_be_below).collect();
-            // A dry brook that reaches a larger valley's floor sinks in: it leaves no bed there, and cuts into no
-            // valley's side.
-            let has_run_out = !is_wet && lower.iter().any(|segment| segment.has_on_floor(here));
-            // The bed cuts into the side of a larger valley, but not below the height to which its own valley is
-            // filled.
-            let side_below_m = |segment: &Segment, place: [f64; 2], most_m: f64| {
-                let cut_m = segment.side_below_m(place, side_slope, most_m)?;
-                let ground_m = match cut_m < filled_m {
-                    true => segment.side_m(place, hillside).min(filled_m),
-                    false if has_run_out => segment.side_m(place, hillside),
-                    false => cut_m,
-                };
-                Some(ground_m).filter(|ground_m| *ground_m < most_m)
-            };
-            for segment in &lower {
-                ground_m = side_below_m(segment, here, ground_m + CUT_M).map_or(ground_m, |side_m| side_m - CUT_M);
-            }
-            // Between a steep larger channel and its valley's side further down there may be no room for a bed. Then
-            // the larger channel keeps its water, and a dry brook has no valley there.
-            if !is_wet {
-                ground_m = ground_m.max(beside_m);
-            }
-            // Where the coast is lower than that, a dry brook begins only further down.
-            if !is_wet && step > 1 && coast_m[segments - step] < beside_m {
-                break;
-            }
-            let level_m = ground_m.min(coast_m[segments - step]);
-            // Across a lake or the floor of a larger valley the bed rises no more than these do, but always a little.
-            let least_m = |share: f64| step_m * share * LEAST_SLOPE.min(rise_m / step_m);
-            let area_at = |t: f64| area(lerp([way_m[step - 1], step_m], t) / way_m[segments]);
-            // The share of the step and the height of the last knot, at first that of the knot below.
-            let mut from = (0.0, below_m);
-            for t in PLACES.into_iter().filter(|_| is_wet) {
-                let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
-                let straight_m = from.1 + (level_m - from.1) * (t - from.0) / (1.0 - from.0);
-                let side_m =
-                    lower.iter().fold(straight_m + CUT_M, |m, segment| side_below_m(segment, place, m).unwrap_or(m));
-                if side_m < straight_m + CUT_M {
-                    from = (t, (side_m - CUT_M).max(from.1 + least_m(t - from.0)));
-                    knots.push(Knot {
-                        at: origin.moved(place),
-                        level_m: from.1,
-                        area: area_at(t),
-                        pool_m: shore.pool_m,
-                    });
-                }
-            }
-            let level_m = level_m.max(from.1 + least_m(1.0 - from.0));
-            knots.push(Knot { at: origin.moved(here), level_m, area: area(share), pool_m: shore.pool_m });
-        }
-        knots
-    }
 }
 
 /// Returns the segments of some channels.
@@ -448,35 +257,4 @@ fn leave_to_captors<'a>(
     let captured = channel.knots.iter().rposition(hangs).map_or(0, |last| last + 1);
     // A channel keeps two knots at least, and the lower is where it meets another.
     channel.knots.drain(..captured.min(channel.knots.len() - 2));
-}
-
-/// The gentlest sides that a bed may have: they rise `slope` metres a grain, beside a rounded floor of the half width
-/// `trough` in grains.
-#[derive(Clone, Copy)]
-struct Beside {
-    slope: f64,
-    trough: f64,
-}
-
-impl Beside {
-    /// Returns the metres that a side rises within some grains.
-    fn rise_m(self, grains: f64) -> f64 {
-        self.slope * rise(grains, 0.0, self.trough, 0.0)
-    }
-
-    /// Returns the height in metres above which the bed keeps at a place because of one segment.
-    fn above_m(self, segment: &Segment, at: [f64; 2]) -> f64 {
-        let (t, square) = segment.nearest(at);
-        lerp(segment.level_m, t) - self.rise_m(square.sqrt())
-    }
-}
-
-/// Returns the height in metres above which a bed with such sides keeps at a place, so that it does not take the water
-/// of larger channels beside it.
-fn beside_m(near: &[&Segment], at: [f64; 2], beside: Beside) -> f64 {
-    near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
-        let above_m = beside.above_m(segment, at);
-        // Not `max`, which also checks for NaN.
-        if above_m > most_m { above_m } else { most_m }
-    })
 }
