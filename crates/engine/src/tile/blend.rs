@@ -111,7 +111,7 @@ impl Blend {
         }
         if let Some(water) = water {
             if let Some(ice_m) = &water.ice_m {
-                blend.lay_ice(ice_m);
+                blend.lay(Material::Snow, ice_m, |ice_m| (ice_m / WHOLE_ICE_M).min(1.0));
             }
             blend.wet(rule, water);
         }
@@ -127,36 +127,22 @@ impl Blend {
     /// Covers the ground with the sand of rivers, and then with the dirt of roads.
     pub(super) fn cover_with(&mut self, imprint: &Imprint) {
         if let Some(sand) = imprint.sand() {
-            self.lay(Material::Sand, sand);
+            self.lay(Material::Sand, sand, |share| share);
         }
         for dirt in imprint.dirt() {
-            self.lay(Material::Dirt, dirt);
+            self.lay(Material::Dirt, dirt, |share| share);
         }
     }
 
-    /// Covers a share of each vertex's ground with a material.
-    fn lay(&mut self, material: Material, shares: &Grid<f32>) {
+    /// Covers a share of each vertex's ground with a material: the share that follows from a value above 0.
+    fn lay(&mut self, material: Material, values: &Grid<f32>, share: impl Fn(f32) -> f32) {
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
             let ground = self.ground.row_mut(y, x0, x1);
             let cover = self.cover.row_mut(y, x0, x1);
-            for ((ground, cover), share) in ground.iter_mut().zip(cover).zip(shares.row(y, x0, x1)) {
-                if *share > 0.0 {
-                    (*ground, *cover) = covered(*ground, *cover, material, *share);
-                }
-            }
-        }
-    }
-
-    /// Covers glaciers with snow.
-    fn lay_ice(&mut self, ice_m: &Grid<f32>) {
-        let Area { x0, y0, x1, y1 } = self.ground.area();
-        for y in y0..y1 {
-            let ground = self.ground.row_mut(y, x0, x1);
-            let cover = self.cover.row_mut(y, x0, x1);
-            for ((ground, cover), ice_m) in ground.iter_mut().zip(cover).zip(ice_m.row(y, x0, x1)) {
-                if *ice_m > 0.0 {
-                    (*ground, *cover) = covered(*ground, *cover, Material::Snow, (ice_m / WHOLE_ICE_M).min(1.0));
+            for ((ground, cover), value) in ground.iter_mut().zip(cover).zip(values.row(y, x0, x1)) {
+                if *value > 0.0 {
+                    (*ground, *cover) = covered(*ground, *cover, material, share(*value));
                 }
             }
         }
