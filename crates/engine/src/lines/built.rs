@@ -17,8 +17,9 @@ const FILL: f32 = 2.0;
 /// Run of a cut's batter in metres for each metre of height: firm ground stands at 34 degrees.
 const CUT: f32 = 1.5;
 
-/// Greatest height in metres of a fill beside the road: above this height a viaduct carries the road instead.
-const WALL_M: f32 = 12.0;
+/// Greatest height in metres of a fill beside the road: above this height a viaduct carries the road instead. A bank of
+/// 12 m is 50 m wide at its foot, and the road's effect on the land ends before the batters of a higher bank would.
+pub(crate) const HIGHEST_FILL_M: f32 = 12.0;
 
 /// Share of the bank's width at which a road's effect begins to fade, to exactly nothing at the bank's end. Chosen by
 /// eye.
@@ -195,7 +196,7 @@ fn gathered(line: &Line, area: Area, bank_m: f32) -> Grid<Here> {
                         let (low_m, high_m) = (level_m - beyond_m / FILL, level_m + beyond_m / CUT);
                         // The road itself always lies on its fill, however deep, and so do the vertices next to its
                         // edge.
-                        let most_fill_m = if beyond_m < line.spacing_m as f32 { f32::INFINITY } else { WALL_M };
+                        let most_fill_m = if beyond_m < line.spacing_m as f32 { f32::INFINITY } else { HIGHEST_FILL_M };
                         here.limits = here.limits.and(HeightLimits { low_m, high_m, weight, most_fill_m });
                     }
                 }

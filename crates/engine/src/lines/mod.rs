@@ -23,6 +23,7 @@ mod structure;
 mod trodden;
 
 pub use built::Built;
+pub(crate) use built::HIGHEST_FILL_M;
 pub use dug::Dug;
 pub(crate) use dug::DugWaters;
 pub use id::{ChannelId, LakeId, LineId, SiteId};

@@ -4,18 +4,16 @@
 //! those that are short enough for a bridge. Elsewhere earthworks carry the road; where they would still be too high or
 //! too deep, a viaduct or a tunnel takes their place.
 
-use crate::lines::StructureKind;
+use crate::lines::{HIGHEST_FILL_M, StructureKind};
 use crate::places::profile::swept;
 
 /// Height in metres of a fill above which a viaduct carries the road, and of the fill at which the viaduct ends.
-///
-/// A bank of 12 m is 50 m wide at its foot, and the road's effect on the land ends before the batters of a higher bank
-/// would. The height at which a structure ends is chosen by eye: a third of that where one begins, as for tunnels.
-const FILL_M: Tolerance = Tolerance { carried_m: 12.0, end_m: 4.0 };
+/// The height at which a structure ends is chosen by eye: a third of that where one begins, as for tunnels.
+const FILL_M: Tolerance = Tolerance { begins_m: HIGHEST_FILL_M as f64, end_m: 4.0 };
 
 /// Depth in metres of a cut below which a tunnel carries the road, and of the cut at which the tunnel ends. Chosen by
 /// eye.
-const CUT_M: Tolerance = Tolerance { carried_m: 25.0, end_m: 8.0 };
+const CUT_M: Tolerance = Tolerance { begins_m: 25.0, end_m: 8.0 };
 
 /// Depth in metres up to which a cut may slope down to a tunnel's mouth: a ditch beside the road is as deep. Chosen by
 /// eye.
@@ -25,7 +23,7 @@ const MOUTH_M: f64 = 0.5;
 /// not flicker on and off along the road.
 struct Tolerance {
     /// Distance in metres from the land above which a road needs a structure.
-    carried_m: f64,
+    begins_m: f64,
     /// Distance in metres from the land at which the structure ends.
     end_m: f64,
 }
@@ -36,7 +34,7 @@ impl Tolerance {
     fn runs(&self, off_m: &[f64]) -> Vec<(usize, usize)> {
         let (mut runs, mut first) = (Vec::new(), 0);
         for run in off_m.chunk_by(|a, b| (*a > self.end_m) == (*b > self.end_m)) {
-            if run.iter().any(|off_m| *off_m > self.carried_m) {
+            if run.iter().any(|off_m| *off_m > self.begins_m) {
                 runs.push((first, first + run.len() - 1));
             }
             first += run.len();

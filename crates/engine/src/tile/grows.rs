@@ -39,31 +39,25 @@ impl Growth {
 
     /// Returns the name in files.
     pub const fn name(self) -> &'static str {
-        match self {
-            Growth::Tree => "tree",
-            Growth::Shrub => "shrub",
-            Growth::Grass => "grass",
-            Growth::Rock => "rock",
-        }
+        self.texts()[0]
     }
 
     /// Returns the title of a raster of the kind's density.
     pub const fn about(self) -> &'static str {
-        match self {
-            Growth::Tree => "density of trees",
-            Growth::Shrub => "density of shrubs",
-            Growth::Grass => "density of grass",
-            Growth::Rock => "density of loose rocks",
-        }
+        self.texts()[1]
     }
 
-    /// Returns the description of the one channel of such a raster.
-    pub const fn channel(self) -> &'static [&'static str] {
+    /// Returns the description of such a raster's samples, of which each vertex has one.
+    pub const fn samples(self) -> &'static [&'static str] {
+        self.texts().split_at(2).1
+    }
+
+    const fn texts(self) -> &'static [&'static str; 3] {
         match self {
-            Growth::Tree => &["density of trees, 0 = none, 255 = densest"],
-            Growth::Shrub => &["density of shrubs, 0 = none, 255 = densest"],
-            Growth::Grass => &["density of grass, 0 = none, 255 = densest"],
-            Growth::Rock => &["density of loose rocks, 0 = none, 255 = densest"],
+            Growth::Tree => &["tree", "density of trees", "density of trees, 0 = none, 255 = densest"],
+            Growth::Shrub => &["shrub", "density of shrubs", "density of shrubs, 0 = none, 255 = densest"],
+            Growth::Grass => &["grass", "density of grass", "density of grass, 0 = none, 255 = densest"],
+            Growth::Rock => &["rock", "density of loose rocks", "density of loose rocks, 0 = none, 255 = densest"],
         }
     }
 }

@@ -371,7 +371,7 @@ pub(crate) static DENSITIES: [Quantity; Growth::ALL.len()] =
     [density(Growth::Tree), density(Growth::Shrub), density(Growth::Grass), density(Growth::Rock)];
 
 const fn density(growth: Growth) -> Quantity {
-    Quantity { needs: Needs::Drainage, ..grey(growth.about(), growth.channel(), Paint::Density(growth)) }
+    Quantity { needs: Needs::Drainage, ..grey(growth.about(), growth.samples(), Paint::Density(growth)) }
 }
 
 impl Quantity {
