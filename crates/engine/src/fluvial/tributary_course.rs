@@ -439,102 +439,44 @@ impl Courses {
         // other on the floor of a lake.
         let to = |beside: Near| {
             let channel = asker.channel(beside.channel)?;
-            self.ends_at(level, id, (head, head_m), (&channel, beside.segment), above)
+            Joining { fields, level, head, head_m, hill_slope, channel: &channel, segment: beside.segment, above }
+                .ends(|| chance(hash::network_level(self.seed, level), id, Draw::Foot, 0))
         };
         to(owner).or_else(|| {
             let (_, nearest) = above.nearest(from, within)?;
             to(Some(nearest).filter(|nearest| nearest.channel != owner.channel)?)
         })
     }
+}
 
-    /// Returns the possible ends of the tributary of a cell at the channel of a segment, given the head and its height.
-    fn ends_at(
-        &self,
-        level: u32,
-        id: NodeId,
-        (head, head_m): (Point, f64),
-        (channel, segment): (&Channel, &Segment),
-        above: &Above,
-    ) -> Option<Ends> {
-        let (fields, cell) = (&self.fields, self.fields.side(level));
-        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
-        let origin = above.origin;
-        // The number of finer levels, for whose channels there must be room in between.
-        let finer = (fields.levels() - 1 - level) as f64;
-        let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * finer) * cell as f64;
-        let most = fields.longest_tributary(level);
-        let (t, square) = segment.nearest(head.from(origin));
+/// A tributary in search of its end at a channel.
+struct Joining<'a> {
+    fields: &'a Fields,
+    level: u32,
+    head: Point,
+    head_m: f64,
+    /// Metres a grain that hillsides rise at the head.
+    hill_slope: f64,
+    /// The channel, and its segment in whose valley the head lies.
+    channel: &'a Channel,
+    segment: &'a Segment,
+    above: &'a Above,
+}
+
+impl Joining<'_> {
+    /// Returns the possible ends of the tributary. `luck` draws a share.
+    fn ends(&self, luck: impl FnOnce() -> f64) -> Option<Ends> {
+        let (t, square) = self.segment.nearest(self.head.from(self.above.origin));
         let distance = square.sqrt();
-        let shift = distance * segment.bed_slope().max(0.0) / (hill_slope * segment.gentlest_cross());
+        let shift = distance * self.segment.bed_slope().max(0.0) / (self.hill_slope * self.segment.gentlest_cross());
         // At the end of a segment, as where a bed becomes flat at a lake, the fall lines of many heads meet. Random
         // shifts make these tributaries join one below the other.
-        let luck = || chance(hash::network_level(self.seed, level), id, Draw::Foot, 0);
         let apart = if t == 0.0 || t == 1.0 { 1.0 + APART * luck() } else { 0.0 };
         let shift = shift + apart * CLEAR * GRAINS as f64;
-        let is_clear = |end: &TributaryEnd| is_clear(&end.line(head, origin), above);
-        let end = |place: ChannelPlace| {
-            let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
-            // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
-            let trough = fields.trough(level, most_area(level), level_m);
-            let line = LineSegment { from: [0.0; 2], along: head.from(foot) };
-            let upstream = channel.knots[..=place.0].iter();
-            let above = upstream.map(|knot| (line.distance(knot.at.from(foot)), knot.level_m - level_m));
-            let beside = above.filter(|(way, _)| *way < trough).map(|(way, rise_m)| rise_m / way.max(1.0));
-            let joined_slope = beside.fold(0.0, f64::max);
-            let lake = channel.lake.filter(|_| level_m < pool_m).map(|id| (pool_m, id));
-            TributaryEnd { foot, shore: foot, level_m, mouth: Mouth::Channel(channel.id), lake, joined_slope }
-        };
-        // All along the way the coast must leave room for a bed that is higher than the end.
-        let falls = |end: &TributaryEnd| {
-            let places = fields.segments_a_channel(level);
-            let way = head.from(end.foot).map(|part| part / places as f64);
-            let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
-            let filled_m = fields.filled_m(level);
-            !fields.has_sea() || places.all(|at| fields.below_coast_m(at, filled_m) > end.level_m)
-        };
-        // The tributary must not end below a steep channel beside it, whose water it would capture.
-        let (from, within) = (head.from(origin), known(fields, level));
-        let is_free = |end: &TributaryEnd| {
-            let (foot, steep) = (end.foot.from(origin), hill_slope * UNDER);
-            // The least distance in grains to a channel of this height.
-            let away = |level_m: f64| (level_m - end.level_m - BESIDE_M) / steep;
-            let may_be_steep = |bounds: &Bounds| {
-                let away = away(bounds.level_m[1]);
-                away > 0.0 && bounds.touches(foot, away) && bounds.touches(from, within)
-            };
-            above.of_groups(&may_be_steep).all(|Near { segment, channel: beside }| {
-                let most = away(segment.level_m[0]);
-                let is_near = beside != channel.id
-                    && most > 0.0
-                    && segment.line().touches(foot, most)
-                    && segment.line().touches(from, within);
-                !is_near || {
-                    let (t, square) = segment.nearest(foot);
-                    away(lerp(segment.level_m, t)) <= square.sqrt()
-                }
-            })
-        };
-        let fits = |end: &TributaryEnd| {
-            let way = length(head.from(end.foot));
-            end.joined_slope <= MOST_LEAN * hill_slope
-                && falls(end)
-                && least <= way
-                && way <= most
-                && end.level_m < head_m
-                && is_free(end)
-        };
-        let at = |shift: f64, left: f64| {
-            let clear = CLEAR * GRAINS as f64;
-            let mut place = downstream(channel, (segment.knot as usize, t), shift)?;
-            if place.0 == 0 && place.1 * channel.knots[0].at.distance(channel.knots[1].at) < clear {
-                place = downstream(channel, place, clear)?;
-            }
-            if fields.is_wet(most_area(level)) {
-                place = channel.landing(place)?;
-            }
-            downstream(channel, place, clear.max(left))?;
-            Some(end(place)).filter(fits)
-        };
+        let is_clear = |end: &TributaryEnd| is_clear(&end.line(self.head, self.above.origin), self.above);
+        let at =
+            |shift: f64, left: f64| self.end(downstream(self.channel, (self.segment.knot as usize, t), shift)?, left);
+        let finer = self.finer();
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
         // The end of the fall line is best. If it does not fit, an end further downstream is better than no valley.
         let first = [shift, apart * CLEAR * GRAINS as f64].into_iter();
@@ -544,6 +486,79 @@ impl Courses {
         let mut slants = shares.filter_map(|share| at(shift + (slant - shift) * share, ENDS_BEFORE * distance));
         let aslant = slants.find(is_clear);
         Some((direct, aslant))
+    }
+
+    /// Returns the number of finer levels, for whose channels there must be room in between.
+    fn finer(&self) -> f64 {
+        (self.fields.levels() - 1 - self.level) as f64
+    }
+
+    /// Returns the end at a place of the channel, or a little further down, if the tributary can end there and `left`
+    /// grains of the channel are left below it.
+    fn end(&self, mut place: ChannelPlace, left: f64) -> Option<TributaryEnd> {
+        let (channel, clear) = (self.channel, CLEAR * GRAINS as f64);
+        if place.0 == 0 && place.1 * channel.knots[0].at.distance(channel.knots[1].at) < clear {
+            place = downstream(channel, place, clear)?;
+        }
+        if self.fields.is_wet(most_area(self.level)) {
+            place = channel.landing(place)?;
+        }
+        downstream(channel, place, clear.max(left))?;
+        let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
+        // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
+        let trough = self.fields.trough(self.level, most_area(self.level), level_m);
+        let line = LineSegment { from: [0.0; 2], along: self.head.from(foot) };
+        let upstream = channel.knots[..=place.0].iter();
+        let above = upstream.map(|knot| (line.distance(knot.at.from(foot)), knot.level_m - level_m));
+        let beside = above.filter(|(way, _)| *way < trough).map(|(way, rise_m)| rise_m / way.max(1.0));
+        let joined_slope = beside.fold(0.0, f64::max);
+        let lake = channel.lake.filter(|_| level_m < pool_m).map(|id| (pool_m, id));
+        let mouth = Mouth::Channel(channel.id);
+        Some(TributaryEnd { foot, shore: foot, level_m, mouth, lake, joined_slope }).filter(|end| self.fits(end))
+    }
+
+    /// Tells whether the tributary can end there.
+    fn fits(&self, end: &TributaryEnd) -> bool {
+        let least = (LEAST_CELLS.0 + LEAST_CELLS.1 * self.finer()) * self.fields.side(self.level) as f64;
+        let way = self.head.distance(end.foot);
+        end.joined_slope <= MOST_LEAN * self.hill_slope
+            && self.falls(end)
+            && least <= way
+            && way <= self.fields.longest_tributary(self.level)
+            && end.level_m < self.head_m
+            && self.is_free(end)
+    }
+
+    /// Tells whether the coast leaves room, all along the way, for a bed that is higher than the end.
+    fn falls(&self, end: &TributaryEnd) -> bool {
+        let places = self.fields.segments_a_channel(self.level);
+        let way = self.head.from(end.foot).map(|part| part / places as f64);
+        let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
+        let filled_m = self.fields.filled_m(self.level);
+        !self.fields.has_sea() || places.all(|at| self.fields.below_coast_m(at, filled_m) > end.level_m)
+    }
+
+    /// Tells whether the tributary does not end below a steep channel beside it, whose water it would capture.
+    fn is_free(&self, end: &TributaryEnd) -> bool {
+        let (from, within) = (self.head.from(self.above.origin), known(self.fields, self.level));
+        let (foot, steep) = (end.foot.from(self.above.origin), self.hill_slope * UNDER);
+        // The least distance in grains to a channel of this height.
+        let away = |level_m: f64| (level_m - end.level_m - BESIDE_M) / steep;
+        let may_be_steep = |bounds: &Bounds| {
+            let away = away(bounds.level_m[1]);
+            away > 0.0 && bounds.touches(foot, away) && bounds.touches(from, within)
+        };
+        self.above.of_groups(&may_be_steep).all(|Near { segment, channel: beside }| {
+            let most = away(segment.level_m[0]);
+            let is_near = beside != self.channel.id
+                && most > 0.0
+                && segment.line().touches(foot, most)
+                && segment.line().touches(from, within);
+            !is_near || {
+                let (t, square) = segment.nearest(foot);
+                away(lerp(segment.level_m, t)) <= square.sqrt()
+            }
+        })
     }
 }
 
