@@ -360,6 +360,48 @@ impl FillValleys<'_> {
         }
     }
 
+    /// Finds the lowest sides at vertices in lanes, on hillsides of a slope, among the segments that may be lowest in
+    /// their patch. Returns the height of the lowest side, that of the lowest side of another channel, the room for
+    /// rounding the crest between both, and the segment with the lowest side.
+    #[inline(always)]
+    fn lowest_sides<S: Simd>(
+        &self,
+        simd: S,
+        (lanes, at): (InRows, [S::F32; 2]),
+        slope: S::F32,
+        segments: &Columns,
+        patch: &[usize],
+    ) -> (S::F32, S::F32, S::F32, S::U32) {
+        let (common, three) = (self.floor(), simd.splat(3.0));
+        let rest = self.hillsides.rest.as_ref().map(|rest| LaneRest::load(simd, lanes, rest));
+        let far = simd.splat(f32::MAX);
+        let (mut best, mut second, mut room) = (far, far, far);
+        let none = simd.splat_u32(u32::MAX);
+        let (mut channel, mut lowest) = (none, none);
+        for &segment in patch {
+            let candidate = LaneSegment::splat(simd, segments, segment, common);
+            let LaneSide { level, rise, .. } = candidate.side(simd, at);
+            let risen = slope * rise;
+            let risen = match rest {
+                Some(rest) => rest.risen(simd, candidate.open(simd, level), risen),
+                None => risen,
+            };
+            let height = level + risen;
+            let own = simd.splat_u32(segments.channel[segment]);
+            let same = simd.eq_u32(own, channel);
+            let lower = simd.lt(height, best);
+            // Of this side and the lowest, the higher one counts as the second if the channels differ: segments of one
+            // channel have no crest between them.
+            let rest = simd.select(lower, best, height);
+            second = simd.select(same, second, simd.min(rest, second));
+            room = simd.min(room, three * height - level);
+            best = simd.select(lower, height, best);
+            channel = simd.select_u32(lower, own, channel);
+            lowest = simd.select_u32(lower, simd.splat_u32(segment as u32), lowest);
+        }
+        (best, second, room, lowest)
+    }
+
     /// Computes the valleys of one patch, whose vertices lie in lanes, given the segments that may be lowest in it.
     #[inline(always)]
     fn patch<S: Simd>(
@@ -371,45 +413,17 @@ impl FillValleys<'_> {
         segments: &Columns,
         patch: &[usize],
     ) {
-        let crest_m = simd.splat(self.fields.settings().crest_m as f32);
-        let (zero, three) = (simd.splat(0.0), simd.splat(3.0));
-        let common = self.floor();
+        let (zero, crest_m) = (simd.splat(0.0), simd.splat(self.fields.settings().crest_m as f32));
         for group in 0..PATCH * PATCH / S::LANES {
             let (lanes, at) = order.group(simd, self, corner, vertices, group);
             let slope = lanes.load(simd, &self.hillsides.slope);
-            let rest = self.hillsides.rest.as_ref().map(|rest| LaneRest::load(simd, lanes, rest));
-            // The lowest side, the lowest side of another channel, and the room for rounding the crest between both.
-            let far = simd.splat(f32::MAX);
-            let (mut best, mut second, mut room) = (far, far, far);
-            let none = simd.splat_u32(u32::MAX);
-            let (mut channel, mut lowest) = (none, none);
-            for &segment in patch {
-                let candidate = LaneSegment::splat(simd, segments, segment, common);
-                let LaneSide { level, rise, .. } = candidate.side(simd, at);
-                let risen = slope * rise;
-                let risen = match rest {
-                    Some(rest) => rest.risen(simd, candidate.open(simd, level), risen),
-                    None => risen,
-                };
-                let height = level + risen;
-                let own = simd.splat_u32(segments.channel[segment]);
-                let same = simd.eq_u32(own, channel);
-                let lower = simd.lt(height, best);
-                // Of this side and the lowest, the higher one counts as the second if the channels differ: segments of
-                // one channel have no crest between them.
-                let rest = simd.select(lower, best, height);
-                second = simd.select(same, second, simd.min(rest, second));
-                room = simd.min(room, three * height - level);
-                best = simd.select(lower, height, best);
-                channel = simd.select_u32(lower, own, channel);
-                lowest = simd.select_u32(lower, simd.splat_u32(segment as u32), lowest);
-            }
+            let (best, second, room, lowest) = self.lowest_sides(simd, (lanes, at), slope, segments, patch);
             // For most segments only the height of the side is needed. All else is computed for the lowest alone.
             let mut owners = [0; MAX_LANES];
             simd.store_u32(lowest, &mut owners);
             let owners = &owners[..S::LANES];
             let LaneSide { level, cross, floor, bed, off, distance, share, .. } =
-                sides_of(simd, segments, owners, common, at);
+                sides_of(simd, segments, owners, self.floor(), at);
             let mut number = [u32::MAX; MAX_LANES];
             for (number, owner) in number.iter_mut().zip(owners) {
                 *number = segments.number.get(*owner as usize).copied().unwrap_or(u32::MAX);
