@@ -91,17 +91,17 @@ impl Area {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }
 
-    /// Returns the number of a vertex in the order of [`Area::vertices`].
-    pub const fn index(&self, x: i64, y: i64) -> usize {
-        (y - self.y0) as usize * self.width() + (x - self.x0) as usize
+    /// Iterates over the squares of `side` x `side` vertices, counted from the origin, that hold some of the area's: the
+    /// column and the row of each, row by row.
+    pub fn squares(self, side: i64) -> impl Iterator<Item = [i64; 2]> + Clone {
+        let span = move |from: i64, past: i64| from.div_euclid(side)..=(past - 1).div_euclid(side);
+        span(self.y0, self.y1).flat_map(move |row| span(self.x0, self.x1).map(move |column| [column, row]))
     }
 
-    /// Returns the parts of the area that lie in squares of `side` x `side` vertices, aligned to the origin.
-    pub fn squares(self, side: usize) -> impl Iterator<Item = Area> {
-        let whole = self.on_grid(side as i64);
-        let firsts = move |from: i64, past: i64| (from..past).step_by(side);
-        let corners = firsts(whole.y0, whole.y1).flat_map(move |y| firsts(whole.x0, whole.x1).map(move |x| (x, y)));
-        corners.filter_map(move |(x, y)| Area::new(x, y, side, side).common(&self))
+    /// Iterates over the parts of the area in such [squares](Area::squares), row by row.
+    pub fn parts(self, side: i64) -> impl Iterator<Item = Area> {
+        let square = move |at: [i64; 2]| Area::new(at[0] * side, at[1] * side, side as usize, side as usize);
+        self.squares(side).filter_map(move |at| square(at).common(&self))
     }
 
     /// Cuts the area in two across its longer side; one half is at most one vertex wider than the other.
@@ -120,6 +120,11 @@ impl Area {
     /// squares whose north-western corners are the area's vertices. In an area of pixels, these squares are the pixels.
     pub fn meets(&self, [west, north, east, south]: [f64; 4]) -> bool {
         east > self.x0 as f64 && west < self.x1 as f64 && south > self.y0 as f64 && north < self.y1 as f64
+    }
+
+    /// Returns the number of a vertex in the order of [`Area::vertices`].
+    pub const fn index(&self, x: i64, y: i64) -> usize {
+        (y - self.y0) as usize * self.width() + (x - self.x0) as usize
     }
 
     /// Tells whether a vertex is in this area.

@@ -114,10 +114,10 @@ const WET_CELLS: i64 = 3;
 /// The caches of a survey.
 #[derive(Debug)]
 pub(super) struct Memories {
-    /// Blocks, by sampling, column and row.
-    blocks: Memory<(Sampling, i64, i64), SurveyBlock>,
-    /// Channels around pages, by whether dry brooks are among them, column and row.
-    pages: Memory<(bool, i64, i64), Segments>,
+    /// Blocks, by sampling and first node.
+    blocks: Memory<(Sampling, [i64; 2]), SurveyBlock>,
+    /// Channels around pages, by whether dry brooks are among them, and first vertex.
+    pages: Memory<(bool, [i64; 2]), Segments>,
 }
 
 impl Default for Memories {
@@ -242,17 +242,13 @@ impl Fluvial {
         let nodes = Area::new(x0, y0, cols, rows);
         let mut values = vec![value; nodes.len()];
         let side = sampling.block();
-        let blocks = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
-        for by in blocks(nodes.y0, nodes.y1) {
-            for bx in blocks(nodes.x0, nodes.x1) {
-                let block = self.survey.blocks.get((sampling, bx, by), || self.block(sampling, bx, by));
-                let own = Area::new(bx * side, by * side, side as usize, side as usize);
-                let part = nodes.common(&own).expect("the block lies under the nodes");
-                for y in part.y0..part.y1 {
-                    let (source, target) = (own.index(part.x0, y), nodes.index(part.x0, y));
-                    let len = part.width();
-                    values[target..target + len].copy_from_slice(&of(&block)[source..source + len]);
-                }
+        for part in nodes.parts(side) {
+            let own = part.on_grid(side);
+            let block = self.survey.blocks.get((sampling, [own.x0, own.y0]), || self.block(sampling, own));
+            for y in part.y0..part.y1 {
+                let (source, target) = (own.index(part.x0, y), nodes.index(part.x0, y));
+                let len = part.width();
+                values[target..target + len].copy_from_slice(&of(&block)[source..source + len]);
             }
         }
         values
@@ -280,21 +276,18 @@ impl Fluvial {
         }
     }
 
-    fn block(&self, sampling: Sampling, bx: i64, by: i64) -> SurveyBlock {
+    fn block(&self, sampling: Sampling, area: Area) -> SurveyBlock {
         let Sampling { step, dry_brooks } = sampling;
-        let side = sampling.block();
-        let area = Area::new(bx * side, by * side, side as usize, side as usize);
         let detail = self.surveyed(sampling);
         // The area of the channels that may reach the block's nodes. The others around a page would be looked at in
         // vain.
         let around = self.around(area, detail);
         let page_side = if dry_brooks { PAGE } else { WET_PAGE };
-        let segments = if side * step <= page_side {
-            let [px, py] = [area.x0, area.y0].map(|at| (at * step).div_euclid(page_side));
-            let page = Area::new(px * page_side, py * page_side, page_side as usize, page_side as usize);
+        let segments = if sampling.block() * step <= page_side {
+            let page = Area::new(area.x0 * step, area.y0 * step, 1, 1).on_grid(page_side);
             let whole = self.surveyed(Sampling { step: 1, dry_brooks });
             let around_page = self.around(page, whole);
-            let pieces = self.survey.pages.get((dry_brooks, px, py), || self.segments(around_page, whole));
+            let pieces = self.survey.pages.get((dry_brooks, [page.x0, page.y0]), || self.segments(around_page, whole));
             pieces.near(self.warp.input(around, step), self.reach(detail))
         } else {
             self.segments(around, detail)

@@ -46,13 +46,6 @@ impl Landforms {
     }
 }
 
-/// Returns the cells of a lattice, `side` vertices apart, that hold vertices of an area padded by `pad`.
-fn cells(area: &Area, side: i64, pad: i64) -> impl Iterator<Item = (i64, i64)> + use<> {
-    let span = |from: i64, to: i64| (from - pad).div_euclid(side)..=(to - 1 + pad).div_euclid(side);
-    let columns = span(area.x0, area.x1);
-    span(area.y0, area.y1).flat_map(move |y| columns.clone().map(move |x| (x, y)))
-}
-
 impl Landforms {
     /// Returns all lakes of which a part lies in an area, whole, sorted by id, of all levels whose widest lakes have at
     /// least this half width in metres.
@@ -70,7 +63,7 @@ impl Landforms {
     pub fn coasts(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Coast>> {
         let mut found: Vec<Arc<Coast>> = Vec::new();
         // A line may run along the edge of the cell before, so pad by one.
-        for cell in cells(area, coast::CELL, 1) {
+        for cell in area.padded(1).squares(coast::CELL).map(|[x, y]| (x, y)) {
             let coasts = self.coasts.get(cell, || Coast::of_cell(fluvial, cell).into_iter().map(Arc::new).collect());
             found.extend(coasts.iter().filter(|coast| coast.touches(area)).cloned());
         }
@@ -81,7 +74,7 @@ impl Landforms {
     /// Returns all peaks that stand on a vertex of an area, sorted by id.
     pub fn peaks(&self, fluvial: &Fluvial, area: &Area) -> Vec<Peak> {
         let inside = |peak: &Peak| area.has(peak.at[0], peak.at[1]);
-        let cells = cells(area, peaks::side(fluvial), 0);
+        let cells = area.squares(peaks::side(fluvial)).map(|[x, y]| (x, y));
         let mut found: Vec<Peak> = cells.filter_map(|cell| self.rise(fluvial, cell).peak()).filter(inside).collect();
         found.sort_by_key(|peak| peak.id);
         found
