@@ -66,10 +66,8 @@ fn channels_fall_grow_and_end_in_what_they_name() {
             let Some(other) = all.get(&other) else { continue };
             let on_line = |pair: &[Knot]| {
                 let (way, off) = (pair[1].at.from(pair[0].at), end.at.from(pair[0].at));
-                let square = way[0] * way[0] + way[1] * way[1];
-                let t = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);
-                let gap = [off[0] - way[0] * t, off[1] - way[1] * t];
-                gap[0] * gap[0] + gap[1] * gap[1] < 4.0
+                let t = (off.dot(way) / way.length_squared()).clamp(0.0, 1.0);
+                (off - way * t).length() < 2.0
             };
             let joined = other.knots.windows(2).find(|pair| on_line(pair));
             let joined = joined.unwrap_or_else(|| panic!("{name}, seed {seed}: {id:?} ends beside {:?}", other.id));
@@ -95,10 +93,7 @@ fn crossings<'a>(channels: impl Iterator<Item = &'a Arc<Channel>>) -> Vec<(Chann
             if id == other || apart(|p| p.x) || apart(|p| p.y) {
                 continue;
             }
-            let side = |p: &Point, q: &Point, r: &Point| {
-                let ([ux, uy], [vx, vy]) = (q.from(*p), r.from(*p));
-                ux * vy - uy * vx
-            };
+            let side = |p: &Point, q: &Point, r: &Point| q.from(*p).perp_dot(r.from(*p));
             // A foot lies on its piece but for a grain, so a crossing is one by more than that.
             let grain = |p: &Point, q: &Point| 2.0 * p.distance(*q);
             let apart = |p: f64, q: f64, least: f64| (p > least && q < -least) || (p < -least && q > least);
@@ -153,9 +148,8 @@ fn channels_keep_away_from_what_they_run_to_until_they_end() {
             for knot in above {
                 let off = other.knots.windows(2).map(|pair| {
                     let (way, off) = (pair[1].at.from(pair[0].at), knot.at.from(pair[0].at));
-                    let square = (way[0] * way[0] + way[1] * way[1]).max(1.0);
-                    let t = ((off[0] * way[0] + off[1] * way[1]) / square).clamp(0.0, 1.0);
-                    (off[0] - way[0] * t).hypot(off[1] - way[1] * t)
+                    let t = (off.dot(way) / way.length_squared().max(1.0)).clamp(0.0, 1.0);
+                    (off - way * t).length()
                 });
                 let (off, left) = (off.fold(f64::INFINITY, f64::min), knot.at.distance(end.at));
                 assert!(

@@ -82,8 +82,7 @@ fn the_warp_bends_the_plane_and_does_not_fold_it() {
         for y in 0..200 {
             let here = row(y * step);
             for x in 1..200 {
-                let ([ux, uy], [vx, vy]) = (here[x].from(here[x - 1]), here[x].from(above[x]));
-                turned += u32::from(ux * vy - uy * vx <= 0.0);
+                turned += u32::from(here[x].from(here[x - 1]).perp_dot(here[x].from(above[x])) <= 0.0);
             }
             above = here;
         }

@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, Mouth, ways};
 use super::fields::Fields;
 use super::grain_point::{Point, chance};
@@ -14,7 +16,7 @@ use super::segment::{Segment, Segments, downstream};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
-use crate::geometry::{dot, length, lerp, smooth};
+use crate::geometry::{length, lerp, smooth};
 use crate::hash::{self, Draw, Stream};
 
 /// The barriers of a world.
@@ -82,7 +84,7 @@ struct Barrier {
     /// The place of the barrier on the river's bed.
     middle: Point,
     /// Unit vector down the valley.
-    down: [f64; 2],
+    down: DVec2,
     half_m: f64,
     crest_m: f64,
     /// Greatest depth in metres of water to which the barrier's slopes go down.
@@ -99,9 +101,8 @@ impl Barrier {
 
     /// Returns the height of the barrier in metres above the sea at an offset in metres east and south of its middle,
     /// given the noise there.
-    fn top_m(&self, off: [f64; 2], uneven: f64) -> f64 {
-        let along_m = dot(off, self.down);
-        let across_m = off[1] * self.down[0] - off[0] * self.down[1];
+    fn top_m(&self, off: DVec2, uneven: f64) -> f64 {
+        let (along_m, across_m) = (off.dot(self.down), self.down.perp_dot(off));
         let seaward_m = along_m - across_m * across_m / (2.0 * BOW_M);
         let to_end = across_m.abs() / LONGEST_M;
         // Position within the tip: 0 where the tip begins, 1 at the end of the half ellipse.
@@ -164,10 +165,9 @@ impl Barriers {
                 if top_m <= height_m {
                     return 0.0;
                 }
-                let off = off_m.map(|metres| metres / fields.metres_a_grain());
-                let at = barrier.middle.from(segments.origin);
+                let at = barrier.middle.from(segments.origin) + off_m / fields.metres_a_grain();
                 let inlet_m = height_m.max(top_m.min(-INLET_M));
-                let share = self.share(beds, [0, 1].map(|axis| at[axis] + off[axis]));
+                let share = self.share(beds, at);
                 inlet_m + (top_m - inlet_m) * share - height_m
             });
             valleys.height_m[index] += raised_m.fold(0.0, f64::max) as f32;
@@ -175,7 +175,7 @@ impl Barriers {
     }
 
     /// Returns the share of a barrier that stands at a place: 0 in the inlet, which is the bed of its river.
-    fn share(&self, beds: &[&Segment], place: [f64; 2]) -> f64 {
+    fn share(&self, beds: &[&Segment], place: DVec2) -> f64 {
         let metres = self.fields.metres_a_grain();
         let beside_m = beds.iter().map(|bed| {
             let (share, square) = bed.nearest(place);
@@ -206,7 +206,7 @@ impl Barriers {
         let down = at(way + beside)?.at.from(at(way - beside)?.at);
         let barrier = Barrier {
             middle,
-            down: down.map(|part| part / length(down).max(1.0)),
+            down: down / down.length().max(1.0),
             half_m: (HALF_M.0 + HALF_M.1 * luck(1)).max(LEAST_HALF * self.fields.spacing_m()),
             crest_m: CREST_M.0 + CREST_M.1 * luck(2),
             deepest_m: sea_m - fields.lowstand_level_m(),
@@ -233,10 +233,10 @@ mod tests {
     fn a_barrier_has_round_ends() {
         for (half_m, crest_m) in [(24.0, 1.8), (48.0, 3.0)] {
             let middle = Point { x: 0, y: 0 };
-            let barrier = Barrier { middle, down: [0.0, 1.0], half_m, crest_m, deepest_m: 40.0 };
+            let barrier = Barrier { middle, down: DVec2::Y, half_m, crest_m, deepest_m: 40.0 };
             // Width of the barrier above the sea, at some distance in metres from its inlet.
             let wide_m = |across: i32| {
-                let is_land = |along: &i32| barrier.top_m([f64::from(across), f64::from(*along)], 0.0) > 0.0;
+                let is_land = |along: &i32| barrier.top_m(DVec2::new(across.into(), (*along).into()), 0.0) > 0.0;
                 (-200..300).filter(is_land).count() as f64
             };
             let widths: Vec<f64> = (0..=LONGEST_M as i32).map(wide_m).collect();
@@ -245,7 +245,9 @@ mod tests {
             let last = widths.iter().rposition(|width| *width > 0.0).unwrap();
             assert!(widths[last - 15] < 0.65 * whole && widths[last - 50] > 0.8 * whole, "{:?}", &widths[last - 50..]);
             // At its end nothing of the barrier is left.
-            assert!((-300..300).all(|along| barrier.top_m([LONGEST_M, f64::from(along)], 0.0) <= -barrier.deepest_m));
+            assert!(
+                (-300..300).all(|along| barrier.top_m(DVec2::new(LONGEST_M, along.into()), 0.0) <= -barrier.deepest_m)
+            );
         }
     }
 
@@ -263,9 +265,8 @@ mod tests {
         let (sea_m, mut raised) = (fluvial.fields().sea_level_m() as f32, 0);
         for barrier in found.iter().take(5) {
             let vertex = |metres: f64| {
-                let at = fluvial.in_world(
-                    barrier.middle.moved(barrier.down.map(|way| way * metres / fluvial.fields().metres_a_grain())),
-                );
+                let at =
+                    fluvial.in_world(barrier.middle.moved(barrier.down * metres / fluvial.fields().metres_a_grain()));
                 [at.x, at.y].map(|grains| grains.div_euclid(GRAINS))
             };
             let [x, y] = vertex(0.0);

@@ -9,14 +9,17 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, CrossSection, Knot};
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point, chance};
+use super::grain_point::{GRAINS, Point, chance, padded};
 use super::lake::NO_LAKE;
 use super::meander::meander_width;
+use super::plane::{come_along, lines, unit};
 use super::segment::{LEVEL, measured};
 use super::trunk_lattice::NodeId;
-use crate::geometry::{LineSegment, come_along, cross, length, smooth};
+use crate::geometry::{LineSegment, smooth};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Remembers, heap_bytes};
 
@@ -142,8 +145,7 @@ impl Branches {
         let all = self.of_trunks.get(id, || Trunk::new(&self.fields, trunk).branches(self.seed));
         let is_free = |number: usize, branch: &Branch| {
             *self.free.get((id, number), || {
-                let [low, high] = branch.channel.bounds();
-                let around = [low.moved([-branch.clear; 2]), high.moved([branch.clear; 2])];
+                let around = padded(branch.channel.bounds(), branch.clear);
                 let mut is_free = true;
                 channels(around, &mut |other| is_free = is_free && !branch.meets(other));
                 is_free
@@ -160,17 +162,14 @@ impl Branch {
     fn meets(&self, other: &Channel) -> bool {
         let origin = self.channel.knots[0].at;
         let own = self.channel.course(origin);
-        let lines = |places: &[[f64; 2]]| -> Vec<LineSegment> {
-            places.windows(2).map(|pair| LineSegment::between(pair[0], pair[1])).collect()
-        };
-        let own_lines = lines(&own);
+        let own_lines = lines(&own, 1);
         let is_near = |line: &LineSegment| {
-            let to = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
+            let to = DVec2::from(line.from) + DVec2::from(line.along);
             let crosses = || own_lines.iter().any(|own| own.crosses(line));
-            let is_beside = |place: &[f64; 2]| line.distance(*place) < self.clear;
-            own.iter().any(is_beside) || own_lines.iter().any(|own| own.distance(to) < self.clear) || crosses()
+            let is_beside = |place: &DVec2| line.distance((*place).into()) < self.clear;
+            own.iter().any(is_beside) || own_lines.iter().any(|own| own.distance(to.into()) < self.clear) || crosses()
         };
-        other.id != self.channel.id && lines(&other.course(origin)).iter().any(is_near)
+        other.id != self.channel.id && lines(&other.course(origin), 1).iter().any(is_near)
     }
 }
 
@@ -178,7 +177,7 @@ impl Branch {
 struct Trunk<'a> {
     fields: &'a Fields,
     channel: &'a Channel,
-    course: Vec<[f64; 2]>,
+    course: Vec<DVec2>,
     /// Grains along the trunk to each of its knots.
     come: Vec<f64>,
 }
@@ -234,9 +233,9 @@ impl<'a> Trunk<'a> {
         (knot, ((along - self.come[knot]) / step.max(1e-9)).clamp(0.0, 1.0))
     }
 
-    fn at(&self, along: f64) -> [f64; 2] {
+    fn at(&self, along: f64) -> DVec2 {
         let (knot, share) = self.place(along);
-        [0, 1].map(|axis| self.course[knot][axis] + (self.course[knot + 1][axis] - self.course[knot][axis]) * share)
+        self.course[knot].lerp_monotonic(self.course[knot + 1], share)
     }
 
     fn knot(&self, along: f64) -> Knot {
@@ -244,25 +243,23 @@ impl<'a> Trunk<'a> {
     }
 
     /// Returns the unit vector of the trunk's mean direction over a length around a place.
-    fn direction(&self, along: f64, over: f64) -> [f64; 2] {
-        let (from, to) = (self.at(along - over / 2.0), self.at(along + over / 2.0));
-        let way = [to[0] - from[0], to[1] - from[1]];
-        way.map(|part| part / length(way).max(1e-9))
+    fn direction(&self, along: f64, over: f64) -> DVec2 {
+        unit(self.at(along + over / 2.0) - self.at(along - over / 2.0))
     }
 
     /// Returns the sine of the angle by which the trunk turns around a place, above 0 to the right.
     fn bend(&self, along: f64, width: f64) -> f64 {
         let over = BEND_WIDTHS * width;
-        cross(self.direction(along - over / 2.0, over), self.direction(along + over / 2.0, over))
+        self.direction(along - over / 2.0, over).perp_dot(self.direction(along + over / 2.0, over))
     }
 
     /// Returns the distance in grains from a place to the trunk, and how far along the trunk the nearest point lies,
     /// within a part of the trunk.
-    fn nearest(&self, place: [f64; 2], [from, to]: [f64; 2]) -> (f64, f64) {
+    fn nearest(&self, place: DVec2, [from, to]: [f64; 2]) -> (f64, f64) {
         let (first, last) = (self.place(from).0, self.place(to).0);
         let of = |knot: usize| {
-            let line = LineSegment::between(self.course[knot], self.course[knot + 1]);
-            let (share, square) = line.nearest(place);
+            let line = LineSegment::between(self.course[knot].into(), self.course[knot + 1].into());
+            let (share, square) = line.nearest(place.into());
             (square.sqrt(), self.come[knot] + (self.come[knot + 1] - self.come[knot]) * share)
         };
         (first..=last).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).expect("a part has a segment")
@@ -298,19 +295,19 @@ impl<'a> Trunk<'a> {
             return None;
         }
         let (river, forward) = (self.at(along), self.direction(along, 2.0 * BEND_WIDTHS * width));
-        let aside = [-side * forward[1], side * forward[0]];
+        let aside = side * forward.perp();
         // From the silted end, round the apex, to where the oxbow turns back to the river.
         let up = LOOP_UP.0 + LOOP_UP.1 * shape;
         let steps = ((LOOP_DOWN + up) / LOOP_STEP).ceil();
         let place = |step: usize| {
             let angle = -up + (LOOP_DOWN + up) * step as f64 / steps;
             let (on, off) = (radius * libm::sin(angle), middle + radius * libm::cos(angle));
-            [0, 1].map(|axis| river[axis] + forward[axis] * on + aside[axis] * off)
+            river + forward * on + aside * off
         };
-        let mut places: Vec<[f64; 2]> = (0..=steps as usize).map(place).collect();
+        let mut places: Vec<DVec2> = (0..=steps as usize).map(place).collect();
         let open = places[places.len() - 1];
         let (off, beside) = self.nearest(open, part);
-        let clear = |place: &[f64; 2]| self.nearest(*place, [0.0, whole]).0;
+        let clear = |place: &DVec2| self.nearest(*place, [0.0, whole]).0;
         let rounds = places.len() - (0.6 / LOOP_STEP) as usize;
         if off > LOOP_OPENS * width || places[..rounds].iter().map(clear).any(|off| off < LOOP_CLEAR * width) {
             return None;
@@ -318,11 +315,11 @@ impl<'a> Trunk<'a> {
         // It returns to the river a little downstream, without a corner.
         let mouth = beside + 0.6 * width;
         let (end_at, tangent) = (self.at(mouth), [libm::cos(LOOP_DOWN), -libm::sin(LOOP_DOWN)]);
-        let ahead = [0, 1].map(|axis| open[axis] + 0.5 * off * (forward[axis] * tangent[0] + aside[axis] * tangent[1]));
+        let ahead = open + 0.5 * off * (forward * tangent[0] + aside * tangent[1]);
         for part in 1..=4 {
             let t = f64::from(part) / 4.0;
             let [a, b, c] = [(1.0 - t) * (1.0 - t), 2.0 * t * (1.0 - t), t * t];
-            places.push([0, 1].map(|axis| a * open[axis] + b * ahead[axis] + c * end_at[axis]));
+            places.push(a * open + b * ahead + c * end_at);
         }
         let away = places.iter().map(clear).fold(0.0, f64::max) + width;
         let river = self.knot(mouth);
@@ -354,19 +351,16 @@ impl<'a> Trunk<'a> {
             let along = part[0] + long * share;
             let (at, forward) = (self.at(along), self.direction(along, BEND_WIDTHS * width));
             let off = by * width * smooth((share.min(1.0 - share) / BRAID_ENDS).min(1.0)) * side;
-            [at[0] - forward[1] * off, at[1] + forward[0] * off]
+            at + forward.perp() * off
         };
-        let places: Vec<[f64; 2]> = (0..=BRAID_KNOTS).map(place).collect();
-        let clear = |place: &[f64; 2]| self.nearest(*place, [0.0, whole]).0;
+        let places: Vec<DVec2> = (0..=BRAID_KNOTS).map(place).collect();
+        let clear = |place: &DVec2| self.nearest(*place, [0.0, whole]).0;
         let beside = (BRAID_ENDS * BRAID_KNOTS as f64).ceil() as usize;
         if places[beside..=BRAID_KNOTS - beside].iter().map(clear).any(|off| off < BRAID_CLEAR * width) {
             return None;
         }
         // Reject an arm that folds where its river bends to the same side.
-        let turns_back = |three: &[[f64; 2]]| {
-            let [before, after] = [0, 1].map(|step| [0, 1].map(|axis| three[step + 1][axis] - three[step][axis]));
-            before[0] * after[0] + before[1] * after[1] < 0.0
-        };
+        let turns_back = |three: &[DVec2]| (three[1] - three[0]).dot(three[2] - three[1]) < 0.0;
         if places.windows(3).any(turns_back) {
             return None;
         }
@@ -380,7 +374,7 @@ impl<'a> Trunk<'a> {
         self.branch(knots.collect(), part, (by + 1.0) * width, width)
     }
 
-    fn knot_at(&self, place: [f64; 2]) -> Knot {
+    fn knot_at(&self, place: DVec2) -> Knot {
         Knot { at: self.channel.knots[0].at.moved(place), level_m: 0.0, area: 0.0, pool_m: NO_LAKE }
     }
 
@@ -459,11 +453,8 @@ mod tests {
                     assert_eq!(off(first).0 < 2.0, braids > 0.0, "old arms are silted up, side arms are not");
                     fluvial.network().wet_channels(branch.bounds(), &mut |other| {
                         let crosses = other.knots.windows(2).any(|pair| {
-                            let other = LineSegment::between([0.0; 2], pair[1].at.from(pair[0].at));
-                            branch.knots.windows(2).any(|own| {
-                                let [from, to] = [0, 1].map(|end| own[end].at.from(pair[0].at));
-                                LineSegment::between(from, to).crosses(&other)
-                            })
+                            let other = LineSegment::between([0.0; 2], pair[1].at.from(pair[0].at).into());
+                            lines(&branch.course(pair[0].at), 1).iter().any(|own| own.crosses(&other))
                         });
                         assert!(
                             other.id == branch.id || !crosses,
@@ -494,9 +485,8 @@ mod tests {
             wetter += usize::from(area.vertices().any(|(x, y)| is_wet(x, y)));
             let nodes = fluvial.warp.fill(area, 1);
             for (index, (x, y)) in area.vertices().enumerate() {
-                let metres =
-                    [0, 1].map(|axis| f64::from(nodes.metres[axis][index]) / fluvial.fields().metres_a_grain());
-                let place = Point::at_vertex(x, y).moved(metres);
+                let displaced = nodes.displacement_m(index) / fluvial.fields().metres_a_grain();
+                let place = Point::at_vertex(x, y).moved(displaced);
                 let reaches = |branch: &Arc<Channel>| {
                     // Segments are chosen for whole patches, so allow the width of a patch.
                     let most = branch.near + 16.0 * GRAINS as f64;

@@ -1,5 +1,7 @@
 //! Channels: the middle lines of valleys, from a head down to a mouth.
 
+use glam::DVec2;
+
 use super::grain_point::{self, GRAINS, Point};
 use super::trunk_lattice::NodeId;
 use crate::geometry::come;
@@ -38,7 +40,7 @@ impl Knot {
     pub fn towards(&self, next: &Knot, share: f64) -> Knot {
         let mix = |from: f64, to: f64| from + (to - from) * share;
         Knot {
-            at: self.at.moved(next.at.from(self.at).map(|way| way * share)),
+            at: self.at.towards(next.at, share),
             level_m: mix(self.level_m, next.level_m),
             area: mix(self.area, next.area),
             pool_m: self.pool_m,
@@ -204,7 +206,7 @@ impl Channel {
     }
 
     /// Returns the places of the knots, relative to an origin.
-    pub fn course(&self, origin: Point) -> Vec<[f64; 2]> {
+    pub fn course(&self, origin: Point) -> Vec<DVec2> {
         self.knots.iter().map(|knot| knot.at.from(origin)).collect()
     }
 }

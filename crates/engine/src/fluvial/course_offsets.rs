@@ -6,8 +6,10 @@
 //! Based on: A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, 1982 (midpoint
 //! displacement).
 
+use glam::DVec2;
+
 use super::grain_point::chance;
-use crate::geometry::{LineSegment, length};
+use crate::geometry::LineSegment;
 use crate::hash::Draw;
 
 /// Greatest sideways displacement of the middle of a stretch, as a share of the stretch's length.
@@ -70,24 +72,24 @@ pub fn smooth_offsets(seed: u64, id: (i64, i64), segments: usize, stretch: usize
 
 /// Returns the distance by which each place of a course may lie to the side, at most `most`: a share of the distance to
 /// the nearest line around; 0 at both ends.
-pub fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
+pub fn rooms(course: &[DVec2], around: &[LineSegment], most: f64) -> Vec<f64> {
     let last = course.len() - 1;
-    let (ends, reach) = (LineSegment::between(course[0], course[last]), most / TUBE);
-    let middle = [0, 1].map(|axis| ends.from[axis] + 0.5 * ends.along[axis]);
-    let extent = course.iter().map(|at| length([at[0] - middle[0], at[1] - middle[1]])).fold(0.0, f64::max);
-    let around: Vec<&LineSegment> = around.iter().filter(|line| line.touches(middle, reach + extent)).collect();
+    let reach = most / TUBE;
+    let middle = course[0].lerp_monotonic(course[last], 0.5);
+    let extent = course.iter().map(|at| at.distance(middle)).fold(0.0, f64::max);
+    let around: Vec<&LineSegment> = around.iter().filter(|line| line.touches(middle.into(), reach + extent)).collect();
     // At half of the distance to the nearest line, a place would be as near to that line as to its own course. Places
     // between two knots are examined too, as the room there may be less than at both knots.
     let after = |knot: usize| {
-        let part = LineSegment::between(course[knot], course[knot + 1]);
-        let at = |share: f64| [0, 1].map(|axis| part.from[axis] + part.along[axis] * share);
-        let (middle, half) = (at(0.5), 0.5 * length(part.along));
+        let (from, to) = (course[knot], course[knot + 1]);
+        let at = |share: f64| from.lerp_monotonic(to, share).to_array();
+        let (middle, half) = (at(0.5), 0.5 * to.distance(from));
         let mut least = [reach; 2];
         for line in &around {
             // Skip lines that cannot be nearer than all before.
             if line.touches(middle, least[0].max(least[1]) + half) {
                 let between = [0.25, 0.5, 0.75].map(|share| line.distance(at(share)));
-                least = [least[0].min(line.distance(part.from)), between.into_iter().fold(least[1], f64::min)];
+                least = [least[0].min(line.distance(from.into())), between.into_iter().fold(least[1], f64::min)];
             }
         }
         least.map(|least| TUBE * least)
@@ -120,17 +122,15 @@ pub fn draw_in(offsets: &mut [f64], most_change: f64) {
 }
 
 /// Returns the places of a course moved sideways by `offsets`, in the unit of the course.
-pub fn moved(course: &[[f64; 2]], offsets: &[f64]) -> Vec<[f64; 2]> {
+pub fn moved(course: &[DVec2], offsets: &[f64]) -> Vec<DVec2> {
     let last = course.len() - 1;
     let at = |knot: usize| {
         if knot == 0 || knot == last {
             return course[knot];
         }
         // At right angles to the line from the knot before to the knot after.
-        let (before, after) = (course[knot - 1], course[knot + 1]);
-        let way = [after[0] - before[0], after[1] - before[1]];
-        let scale = offsets[knot] / length(way).max(1.0);
-        [course[knot][0] - way[1] * scale, course[knot][1] + way[0] * scale]
+        let way = course[knot + 1] - course[knot - 1];
+        course[knot] + way.perp() * (offsets[knot] / way.length().max(1.0))
     };
     (0..=last).map(at).collect()
 }
@@ -138,16 +138,14 @@ pub fn moved(course: &[[f64; 2]], offsets: &[f64]) -> Vec<[f64; 2]> {
 /// Cuts the corners of a course, each by a quarter of the segments before and after it.
 ///
 /// Based on: G. Chaikin, An algorithm for high-speed curve generation, 1974.
-pub fn rounded(course: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let within = |a: [f64; 2], b: [f64; 2], t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+pub fn rounded(course: &[DVec2]) -> Vec<DVec2> {
     let corners = course.windows(3).flat_map(|three| {
-        let (before, after) = (LineSegment::between(three[0], three[1]), LineSegment::between(three[1], three[2]));
-        let dot = before.along[0] * after.along[0] + before.along[1] * after.along[1];
+        let (before, after) = (three[1] - three[0], three[2] - three[1]);
         // Where the course hardly turns, there is no corner to cut.
-        if dot > STRAIGHT * length(before.along) * length(after.along) {
+        if before.dot(after) > STRAIGHT * before.length() * after.length() {
             vec![three[1]]
         } else {
-            vec![within(three[0], three[1], 0.75), within(three[1], three[2], 0.25)]
+            vec![three[0] + before * 0.75, three[1] + after * 0.25]
         }
     });
     std::iter::once(course[0]).chain(corners).chain([course[course.len() - 1]]).collect()
@@ -170,7 +168,7 @@ mod tests {
 
     #[test]
     fn neighbours_that_wander_do_not_meet() {
-        let straight = |y: f64| (0..=16).map(|step| [step as f64 * 100.0, y]).collect::<Vec<_>>();
+        let straight = |y: f64| (0..=16).map(|step| DVec2::new(step as f64 * 100.0, y)).collect::<Vec<_>>();
         let line = |y: f64| LineSegment { from: [0.0, y], along: [1600.0, 0.0] };
         for id in 0..200 {
             let offsets = |n: i64| offsets(1, (id, n), 16).iter().map(|share| share * 1600.0).collect::<Vec<_>>();
@@ -181,8 +179,8 @@ mod tests {
                 rounded(&moved(&course, &within))
             };
             let (upper, lower) = (wandered(0, 0.0, 90.0), wandered(1, 90.0, 0.0));
-            let south = upper.iter().map(|place| place[1]).fold(f64::MIN, f64::max);
-            let north = lower.iter().map(|place| place[1]).fold(f64::MAX, f64::min);
+            let south = upper.iter().map(|place| place.y).fold(f64::MIN, f64::max);
+            let north = lower.iter().map(|place| place.y).fold(f64::MAX, f64::min);
             assert!(south < north, "one comes to {south}, and the other, south of it, to {north}");
         }
     }

@@ -3,11 +3,13 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::grain_point::{AROUND, GRAINS, Point};
 use super::point_noise::{PointField, PointNoise};
 use super::potential::Potential;
 use super::settings::{CoastSettings, FluvialSettings};
-use crate::geometry::length;
+use crate::geometry::{bilinear, length, smooth};
 use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
@@ -273,6 +275,11 @@ impl Fields {
         self.sea.as_ref().map_or(f64::NEG_INFINITY, |sea| sea.level_m)
     }
 
+    /// Returns the height from which the heights of settings count: that of the sea, or 0 without one.
+    pub fn datum_m(&self) -> f64 {
+        self.sea.as_ref().map_or(0.0, |sea| sea.level_m)
+    }
+
     /// Returns the height of the sea at its lowstand, to which rivers cut their valleys; without a sea, negative
     /// infinity.
     pub fn lowstand_level_m(&self) -> f64 {
@@ -338,11 +345,7 @@ impl Fields {
 
     /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.
     pub fn iced(&self, level_m: f64) -> f64 {
-        self.settings.ice_m.map_or(0.0, |ice_m| {
-            let line_m = ice_m + self.sea.as_ref().map_or(0.0, |sea| sea.level_m);
-            let t = ((level_m - line_m) / ICE_RISE_M).clamp(0.0, 1.0);
-            t * t * (3.0 - 2.0 * t)
-        })
+        self.settings.ice_m.map_or(0.0, |ice_m| smooth((level_m - (ice_m + self.datum_m())) / ICE_RISE_M))
     }
 
     /// Returns the half width in grains of the floor of a level's valley, by the area that drains there and the height
@@ -480,12 +483,7 @@ impl Fields {
         let (i, j) = (at.x.div_euclid(step), at.y.div_euclid(step));
         let [u, v] = [at.x, at.y].map(|grains| grains.rem_euclid(step) as f64 / step as f64);
         let mut corners = self.inlands_of_lattice_m([(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]);
-        let mut row = || {
-            let [west, east] = [0, 1].map(|_| corners.next().expect("there are four"));
-            west + (east - west) * u
-        };
-        let (north, south) = (row(), row());
-        north + (south - north) * v
+        bilinear([(); 4].map(|()| corners.next().expect("there are four")), [u, v])
     }
 
     /// Returns [`Fields::inland_m`] at points of the lattice from which the rasters get the coast. Hollows of the
@@ -624,8 +622,7 @@ impl Fields {
         if self.sea.is_none() {
             return DryWay { sea_at: None, least };
         }
-        let [east, south] = to.from(from);
-        let at = |share: f64| from.moved([east * share, south * share]);
+        let at = |share: f64| from.towards(to, share);
         let step = 1.0 / PLACES as f64;
         let places: Vec<Point> = (1..PLACES).map(|place| at(place as f64 * step)).collect();
         let comes_to_sea = |(place, here): &(usize, f64)| {
@@ -668,17 +665,18 @@ impl Fields {
         let here = above(at);
         // The potential's slope, over a stretch in which coasts of that size show.
         let step = most / 4.0;
-        let slope = [[step, 0.0], [0.0, step]].map(|[x, y]| {
-            let difference = above(at.moved([x, y])) - above(at.moved([-x, -y]));
+        let slope = [DVec2::X, DVec2::Y].map(|axis| {
+            let difference = above(at.moved(axis * step)) - above(at.moved(axis * -step));
             difference / (2.0 * step)
         });
-        let steepness = length(slope);
+        let slope = DVec2::from(slope);
+        let steepness = slope.length();
         // By this slope the shore would be further away than `most`.
         if here <= 0.0 || here > steepness * most {
             return None;
         }
-        let down = slope.map(|part| -part / steepness);
-        let place = |grains: f64| at.moved(down.map(|part| part * grains));
+        let down = -slope / steepness;
+        let place = |grains: f64| at.moved(down * grains);
         if self.in_lowstand(at) || !self.in_lowstand(place(most)) {
             return None;
         }

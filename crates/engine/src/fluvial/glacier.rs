@@ -7,6 +7,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::grain_point::{Point, chance};
@@ -14,7 +16,7 @@ use super::segment::{LEVEL, Segments, downstream};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
-use crate::geometry::{dot, length, lerp, smooth};
+use crate::geometry::{length, lerp, smooth};
 use crate::grid::Grid;
 use crate::hash::{self, Draw, Stream};
 
@@ -60,7 +62,7 @@ const SPILLED_M: (f64, f64) = (25.0, 15.0);
 struct Glacier {
     head: Point,
     /// Unit vector from the head to the front.
-    down: [f64; 2],
+    down: DVec2,
     long_m: f64,
     wide_m: f64,
     thick_m: f64,
@@ -84,8 +86,8 @@ impl Glacier {
     }
 
     /// Returns the heights of the floor and of the ice's surface at an offset in metres from the head.
-    fn at(&self, off: [f64; 2]) -> [f64; 2] {
-        let (along_m, across_m) = (dot(off, self.down), (off[1] * self.down[0] - off[0] * self.down[1]).abs());
+    fn at(&self, off: DVec2) -> [f64; 2] {
+        let (along_m, across_m) = (off.dot(self.down), self.down.perp_dot(off).abs());
         let part = (along_m / self.long_m).clamp(0.0, 1.0) * PARTS as f64;
         let first = (part as usize).min(PARTS - 1);
         let of = |heights_m: &[f64; PARTS + 1]| {
@@ -103,11 +105,10 @@ impl Glacier {
 impl Glaciers {
     /// Returns the glaciers of a world with these fields; `None` if it has none.
     pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Glaciers> {
-        let sea_m = if fields.has_sea() { fields.sea_level_m() } else { 0.0 };
         fields.settings().glacier_m.map(|line_m| Glaciers {
             fields: Arc::clone(fields),
             seed: hash::stream(seed, Stream::Glaciers),
-            line_m: line_m + sea_m,
+            line_m: line_m + fields.datum_m(),
         })
     }
 
@@ -126,7 +127,7 @@ impl Glaciers {
             let thickest_m = near.iter().filter(may_hold).fold(0.0, |most_m: f64, glacier| {
                 let off_m = stamp::off_m(fields, nodes, index, vertex, glacier.head);
                 let [floor_m, surface_m] = glacier.at(off_m);
-                let is_beyond = surface_m <= land_m || length(off_m) >= glacier.reach().1;
+                let is_beyond = surface_m <= land_m || off_m.length() >= glacier.reach().1;
                 let held = smooth((land_m - floor_m + SPILLED_M.0) / SPILLED_M.1);
                 if is_beyond { most_m } else { most_m.max((surface_m - land_m) * held) }
             });
@@ -156,7 +157,7 @@ impl Glaciers {
         }
         let front = channel.at(downstream(channel, (0, 0.0), long)?).at;
         let chord = front.from(head.at);
-        let long_m = length(chord) * metres;
+        let long_m = chord.length() * metres;
         let wide_m = f64::from(channel.sections[0].trough) * metres;
         let thick_m = (THICK * LEVEL * wide_m).clamp(THICK_M[0], THICK_M[1]);
         let (mut floor_m, mut ice_m) = ([0.0; PARTS + 1], [0.0; PARTS + 1]);
@@ -171,7 +172,7 @@ impl Glaciers {
         for part in (0..PARTS).rev() {
             ice_m[part] = ice_m[part].max(ice_m[part + 1] + 1.0);
         }
-        let down = chord.map(|part| part * metres / long_m.max(1e-9));
+        let down = chord * metres / long_m.max(1e-9);
         let glacier = Glacier { head: head.at, down, long_m, wide_m, thick_m, floor_m, ice_m };
         let (_, reach_m) = glacier.reach();
         let is_narrow = wide_m * LEVEL < LEAST_FLOOR_M;

@@ -1,6 +1,7 @@
 //! Points on a lattice finer than that of the vertices.
 
-use crate::geometry::length;
+use glam::DVec2;
+
 use crate::hash::{self, Draw};
 
 /// Grains from one vertex to the next: points of networks stand on a lattice this much finer than that of the vertices.
@@ -24,19 +25,30 @@ impl Point {
     }
 
     /// Returns the grains east and south from `origin` to this point: exact.
-    pub fn from(self, origin: Point) -> [f64; 2] {
-        [(self.x - origin.x) as f64, (self.y - origin.y) as f64]
+    pub fn from(self, origin: Point) -> DVec2 {
+        DVec2::new((self.x - origin.x) as f64, (self.y - origin.y) as f64)
     }
 
     /// Returns the point some grains east and south of this one, rounded to a grain.
     #[must_use]
-    pub fn moved(self, [east, south]: [f64; 2]) -> Point {
-        Point { x: self.x + round(east), y: self.y + round(south) }
+    pub fn moved(self, by: DVec2) -> Point {
+        Point { x: self.x + round(by.x), y: self.y + round(by.y) }
+    }
+
+    /// Returns the point at a share of the straight way to another.
+    #[must_use]
+    pub fn towards(self, other: Point, share: f64) -> Point {
+        self.moved(other.from(self) * share)
+    }
+
+    /// Returns the square around this point whose sides are `grains` away.
+    pub fn square(self, grains: f64) -> [Point; 2] {
+        padded([self; 2], grains)
     }
 
     /// Distance in grains to another point.
     pub fn distance(self, other: Point) -> f64 {
-        length(other.from(self))
+        other.from(self).length()
     }
 }
 
@@ -52,7 +64,12 @@ pub fn around(points: impl IntoIterator<Item = Point>, grains: f64) -> Option<[P
     let [low, high] = points.fold([first; 2], |[low, high], at| {
         [Point { x: low.x.min(at.x), y: low.y.min(at.y) }, Point { x: high.x.max(at.x), y: high.y.max(at.y) }]
     });
-    Some([low.moved([-grains; 2]), high.moved([grains; 2])])
+    Some(padded([low, high], grains))
+}
+
+/// Returns a rectangle, given by its corners, padded by `grains` on each side.
+pub fn padded([low, high]: [Point; 2], grains: f64) -> [Point; 2] {
+    [low.moved(DVec2::splat(-grains)), high.moved(DVec2::splat(grains))]
 }
 
 /// Rounds to the nearest whole number, halves up.

@@ -8,9 +8,11 @@
 
 use std::f64::consts::TAU;
 
+use glam::DVec2;
+
 use super::fields::Fields;
 use super::grain_point::GRAINS;
-use crate::geometry::{LineSegment, cross, dot, length};
+use crate::geometry::LineSegment;
 
 /// Least length of a meander, in widths of its river.
 ///
@@ -72,15 +74,15 @@ impl Meander {
     }
 
     /// Returns the displacement of the place: along the course, and to its side.
-    fn moved(&self) -> [f64; 2] {
+    fn moved(&self) -> DVec2 {
         if self.turn == 0.0 {
-            return [0.0; 2];
+            return DVec2::ZERO;
         }
         let [along, side, sway] = series(self.turn);
         let scale = self.wave / (TAU * along);
         // The phase may be large, so whole turns are taken off before it becomes an angle.
         let phase = TAU * (self.phase - self.phase.floor());
-        [scale * sway * libm::sin(2.0 * phase), scale * side * libm::cos(phase)]
+        DVec2::new(scale * sway * libm::sin(2.0 * phase), scale * side * libm::cos(phase))
     }
 
     fn towards(&self, other: &Meander, share: f64) -> Meander {
@@ -112,30 +114,26 @@ pub struct LinePlace {
     /// The share of the segment, 0 to 1, 1 excluded except at the end of the course.
     pub share: f64,
     /// The displaced place.
-    pub at: [f64; 2],
+    pub at: DVec2,
 }
 
 /// Returns the line of a river of that width that meanders along a course. Without meanders the line passes smoothly
 /// through the places of the course. It has more places where it turns so much that a corner would show. At both ends
 /// it stays on the course, and has the direction in `ends`, if one is given.
-pub fn line(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2], meanders: &[Meander], width: f64) -> Vec<LinePlace> {
+pub fn line(course: &[DVec2], ends: [Option<DVec2>; 2], meanders: &[Meander], width: f64) -> Vec<LinePlace> {
     let last = course.len() - 1;
     let tangents = tangents(course, ends);
     let mut places = Vec::new();
     for segment in 0..last {
         let (from, to) = (meanders[segment], meanders[segment + 1]);
-        let whole = length(way(course[segment], course[segment + 1]));
+        let whole = course[segment + 1].distance(course[segment]);
         let waves = if from.turn + to.turn > 0.0 { whole / from.wave.min(to.wave) } else { 0.0 };
         let looks = (LOOKS_A_WAVE * waves).clamp(LOOKS, MOST_LOOKS).ceil();
         for look in 0..looks as usize {
             let share = look as f64 / looks;
             let (at, ahead) = smooth(course, &tangents, segment, share);
-            let [along, side] = from.towards(&to, share).moved();
-            let scale = 1.0 / length(ahead).max(1e-9);
-            let at = [
-                at[0] + (ahead[0] * along - ahead[1] * side) * scale,
-                at[1] + (ahead[1] * along + ahead[0] * side) * scale,
-            ];
+            let by = from.towards(&to, share).moved();
+            let at = at + (ahead * by.x + ahead.perp() * by.y) * (1.0 / ahead.length().max(1e-9));
             places.push(LinePlace { segment, share, at });
         }
     }
@@ -147,7 +145,7 @@ pub fn line(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2], meanders: &[Meande
 
 /// Cuts off small loops in which a line crosses itself, where its course bends more tightly than it swings.
 fn unlooped(places: &[LinePlace]) -> Vec<LinePlace> {
-    let segment = |index: usize| LineSegment::between(places[index].at, places[index + 1].at);
+    let segment = |index: usize| LineSegment::between(places[index].at.into(), places[index + 1].at.into());
     let mut kept = vec![places[0]];
     let mut index = 0;
     while index + 1 < places.len() {
@@ -176,8 +174,7 @@ fn fair(places: &mut [LinePlace], width: f64) {
         let mut is_sharp = vec![false; places.len()];
         let (mut from, mut to) = (0, 0);
         for index in 1..last {
-            let square = |way: [f64; 2]| dot(way, way);
-            let off = |other: usize| square(way(places[index].at, places[other].at));
+            let off = |other: usize| places[other].at.distance_squared(places[index].at);
             while from + 1 < index && off(from + 1) >= least {
                 from += 1;
             }
@@ -186,8 +183,8 @@ fn fair(places: &mut [LinePlace], width: f64) {
                 to += 1;
             }
             let here = places[index].at;
-            let (before, after) = (way(places[from].at, here), way(here, places[to].at));
-            if cross(before, after).abs() > SHARPEST * dot(before, after) {
+            let (before, after) = (here - places[from].at, places[to].at - here);
+            if before.perp_dot(after).abs() > SHARPEST * before.dot(after) {
                 is_sharp[from.max(1)..=to.min(last - 1)].fill(true);
             }
         }
@@ -199,7 +196,7 @@ fn fair(places: &mut [LinePlace], width: f64) {
             for index in 1..last {
                 let (here, after) = (places[index].at, places[index + 1].at);
                 if is_sharp[index] {
-                    places[index].at = [0, 1].map(|axis| 0.25 * (before[axis] + 2.0 * here[axis] + after[axis]));
+                    places[index].at = 0.25 * (before + 2.0 * here + after);
                 }
                 before = here;
             }
@@ -208,50 +205,38 @@ fn fair(places: &mut [LinePlace], width: f64) {
 }
 
 /// Returns the angle in radians from one direction to another, positive clockwise where y is down.
-fn turn(before: [f64; 2], after: [f64; 2]) -> f64 {
-    libm::atan2(cross(before, after), dot(before, after))
-}
-
-fn way(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
-    [to[0] - from[0], to[1] - from[1]]
+fn turn(before: DVec2, after: DVec2) -> f64 {
+    libm::atan2(before.perp_dot(after), before.dot(after))
 }
 
 /// Returns the tangents of a smooth curve at the places of a course. `ends` may give the directions at its ends. An end
 /// without one turns as much as the place beside it.
 ///
 /// Based on: E. Catmull, R. Rom, A class of local interpolating splines, 1974.
-fn tangents(course: &[[f64; 2]], ends: [Option<[f64; 2]>; 2]) -> Vec<[f64; 2]> {
+fn tangents(course: &[DVec2], ends: [Option<DVec2>; 2]) -> Vec<DVec2> {
     let last = course.len() - 1;
-    let inner = course.windows(3).map(|three| way(three[0], three[2]).map(|part| 0.5 * part));
-    let mut tangents: Vec<[f64; 2]> = std::iter::once([0.0; 2]).chain(inner).chain([[0.0; 2]]).collect();
+    let inner = course.windows(3).map(|three| 0.5 * (three[2] - three[0]));
+    let mut tangents: Vec<DVec2> = std::iter::once(DVec2::ZERO).chain(inner).chain([DVec2::ZERO]).collect();
     for (end, beside, number) in [(0, 1, 0), (last, last - 1, 1)] {
-        let along = way(course[end.min(beside)], course[end.max(beside)]);
+        let along = course[end.max(beside)] - course[end.min(beside)];
         tangents[end] = match ends[number] {
-            Some(direction) => direction.map(|part| part * length(along) / length(direction).max(1e-9)),
+            Some(direction) => direction * along.length() / direction.length().max(1e-9),
             None if last < 2 => along,
-            None => [0, 1].map(|axis| 2.0 * along[axis] - tangents[beside][axis]),
+            None => 2.0 * along - tangents[beside],
         };
     }
     tangents
 }
 
 /// Returns a place of the smooth curve through a course, and the direction there.
-fn smooth(course: &[[f64; 2]], tangents: &[[f64; 2]], segment: usize, share: f64) -> ([f64; 2], [f64; 2]) {
+fn smooth(course: &[DVec2], tangents: &[DVec2], segment: usize, share: f64) -> (DVec2, DVec2) {
     let (from, to) = (course[segment], course[segment + 1]);
     let (leave, arrive) = (tangents[segment], tangents[segment + 1]);
     let (t, t2) = (share, share * share);
     let t3 = t2 * t;
-    let place = [0, 1].map(|axis| {
-        from[axis]
-            + (to[axis] - from[axis]) * (3.0 * t2 - 2.0 * t3)
-            + leave[axis] * (t3 - 2.0 * t2 + t)
-            + arrive[axis] * (t3 - t2)
-    });
-    let direction = [0, 1].map(|axis| {
-        (to[axis] - from[axis]) * 6.0 * (t - t2)
-            + leave[axis] * (3.0 * t2 - 4.0 * t + 1.0)
-            + arrive[axis] * (3.0 * t2 - 2.0 * t)
-    });
+    let way = to - from;
+    let place = from + way * (3.0 * t2 - 2.0 * t3) + leave * (t3 - 2.0 * t2 + t) + arrive * (t3 - t2);
+    let direction = way * 6.0 * (t - t2) + leave * (3.0 * t2 - 4.0 * t + 1.0) + arrive * (3.0 * t2 - 2.0 * t);
     (place, direction)
 }
 
@@ -261,7 +246,7 @@ fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
     let last = places.len() - 1;
     let ways = |index: usize| {
         let [before, here, after] = [index - 1, index, index + 1].map(|index| places[index].at);
-        (way(before, here), way(here, after))
+        (here - before, after - here)
     };
     let mut kept = vec![places[0]];
     let mut first = 1;
@@ -276,8 +261,8 @@ fn thinned(places: &[LinePlace], knot_turn: f64) -> Vec<LinePlace> {
         // without computing an angle.
         let tangent = |index: usize| {
             let (before, after) = ways(index);
-            let ahead = dot(before, after);
-            if ahead > 0.0 { cross(before, after).abs() / ahead } else { f64::INFINITY }
+            let ahead = before.dot(after);
+            if ahead > 0.0 { before.perp_dot(after).abs() / ahead } else { f64::INFINITY }
         };
         if inner.clone().map(tangent).sum::<f64>() < 0.999 * knot_turn {
             continue;
@@ -304,7 +289,7 @@ mod tests {
 
     /// A straight course with meanders that grow from its ends.
     fn meandering(turn: f64) -> Vec<LinePlace> {
-        let course: Vec<[f64; 2]> = (0..=16).map(|step| [1000.0 * step as f64, 0.0]).collect();
+        let course: Vec<DVec2> = (0..=16).map(|step| DVec2::new(1000.0 * step as f64, 0.0)).collect();
         let meander = |step: i32| {
             let grown = (step.min(16 - step) as f64 / 4.0).min(1.0);
             Meander { phase: step as f64 * 0.5, turn: turn * grown, wave: 2000.0 }
@@ -317,17 +302,17 @@ mod tests {
         let places = meandering(MOST_TURN);
         let mut sharpest: f64 = 0.0;
         for three in places.windows(3) {
-            sharpest = sharpest.max(turn(way(three[0].at, three[1].at), way(three[1].at, three[2].at)).abs());
+            sharpest = sharpest.max(turn(three[1].at - three[0].at, three[2].at - three[1].at).abs());
         }
         assert!(sharpest < 0.35, "a corner of {sharpest} rad");
         // The swing is as wide as the series says.
-        let widest = places.iter().map(|place| place.at[1].abs()).fold(0.0, f64::max);
+        let widest = places.iter().map(|place| place.at.y.abs()).fold(0.0, f64::max);
         let swing = Meander::swing(2000.0, MOST_TURN);
         assert!((widest / swing - 1.0).abs() < 0.02, "{widest} for {swing}");
         assert!(2.0 * WIDTH < swing && swing < 3.5 * WIDTH);
         // Where it swings most, the line is 1.3 times as long as its course.
-        let middle: Vec<[f64; 2]> = places.iter().filter(|p| (4..12).contains(&p.segment)).map(|p| p.at).collect();
-        let long: f64 = middle.windows(2).map(|pair| length(way(pair[0], pair[1]))).sum();
+        let middle: Vec<DVec2> = places.iter().filter(|p| (4..12).contains(&p.segment)).map(|p| p.at).collect();
+        let long: f64 = middle.windows(2).map(|pair| pair[1].distance(pair[0])).sum();
         assert!((1.25..1.35).contains(&(long / 8000.0)), "{long} for 8000");
     }
 
@@ -336,12 +321,11 @@ mod tests {
         // A course that turns by 140 degrees within six widths, with meanders that swing as far as its bend is wide.
         let way = |step: i32| {
             let angle = (1.2 * f64::from(step - 16)).clamp(-1.2, 1.2);
-            [3.0 * WIDTH * libm::cos(angle), 3.0 * WIDTH * libm::sin(angle)]
+            3.0 * WIDTH * DVec2::new(libm::cos(angle), libm::sin(angle))
         };
-        let mut course = vec![[0.0, 0.0]];
+        let mut course = vec![DVec2::ZERO];
         for step in 0..32 {
-            let [from, along] = [course[step as usize], way(step)];
-            course.push([from[0] + along[0], from[1] + along[1]]);
+            course.push(course[step as usize] + way(step));
         }
         for phase in 0..8 {
             let meander = |step: i32| Meander {
@@ -353,10 +337,10 @@ mod tests {
             let places = line(&course, [Some(way(0)), Some(way(31))], &meanders, WIDTH);
             // Measures the turn from half a width before each place to half a width after it.
             for (index, place) in places.iter().enumerate() {
-                let off = |other: &&LinePlace| length(super::way(place.at, other.at)) > 0.5 * WIDTH;
+                let off = |other: &&LinePlace| other.at.distance(place.at) > 0.5 * WIDTH;
                 let (before, after) = (places[..index].iter().rev().find(off), places[index..].iter().find(off));
                 let (Some(before), Some(after)) = (before, after) else { continue };
-                let turn = turn(super::way(before.at, place.at), super::way(place.at, after.at));
+                let turn = turn(place.at - before.at, after.at - place.at);
                 assert!(turn.abs() < 0.55, "phase {phase}: a corner of {turn} rad at {:?}", place.at);
             }
         }
@@ -366,7 +350,7 @@ mod tests {
     fn a_straight_course_without_meanders_has_its_own_places() {
         let places = meandering(0.0);
         assert_eq!(places.len(), 17);
-        assert!(places.iter().enumerate().all(|(step, place)| (place.at[0] - 1000.0 * step as f64).abs() < 1e-6));
-        assert!(places.iter().all(|place| place.at[1] == 0.0));
+        assert!(places.iter().enumerate().all(|(step, place)| (place.at.x - 1000.0 * step as f64).abs() < 1e-6));
+        assert!(places.iter().all(|place| place.at.y == 0.0));
     }
 }

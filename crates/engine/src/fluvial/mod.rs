@@ -37,6 +37,7 @@ mod point_noise;
 mod potential;
 pub mod fields;
 mod strata_and_ceiling;
+mod plane;
 mod course_offsets;
 mod meander;
 pub mod trunk_lattice;

@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::grain_point::{Point, chance};
@@ -14,7 +16,7 @@ use super::segment::{LEVEL, Segments, downstream};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
-use crate::geometry::{dot, length, lerp, smooth};
+use crate::geometry::{length, lerp, smooth};
 use crate::hash::{self, Draw, Stream};
 
 /// The moraines of a world.
@@ -84,7 +86,7 @@ struct Moraine {
     /// The centre of its arc.
     middle: Point,
     /// Unit vector down the valley.
-    down: [f64; 2],
+    down: DVec2,
     radius_m: f64,
     /// Half width of the wall.
     half_m: f64,
@@ -104,11 +106,10 @@ impl Stamp for Moraine {
 impl Moraine {
     /// Returns the wall's height at an offset in metres east and south from its centre, before channels and crests
     /// reduce it.
-    fn height_m(&self, off: [f64; 2]) -> f64 {
-        let along_m = dot(off, self.down);
-        let across_m = off[1] * self.down[0] - off[0] * self.down[1];
+    fn height_m(&self, off: DVec2) -> f64 {
+        let (along_m, across_m) = (off.dot(self.down), self.down.perp_dot(off));
         // Upstream of the centre the ends of the wall are straight.
-        let ring_m = if along_m > 0.0 { length(off) } else { across_m.abs() };
+        let ring_m = if along_m > 0.0 { off.length() } else { across_m.abs() };
         let beside = (ring_m - self.radius_m) / self.half_m;
         if beside.abs() >= 1.0 || along_m <= -self.tail_m {
             return 0.0;
@@ -225,17 +226,17 @@ impl Moraines {
         let radius_m = RADIUS * floor_m;
         let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way.max(0.0))?));
         let knot = at(way)?;
-        let unit = |way: [f64; 2]| way.map(|part| part / length(way).max(1.0));
+        let unit = |way: DVec2| way / way.length().max(1.0);
         let front = at(way + radius_m / metres)?.at;
         let down = unit(front.from(at(way - radius_m / metres)?.at));
         let tail_m = floor_m * between(TAIL, tail);
         // Water behind a straight wall in a bend would have no way out.
         let [came, goes] = [knot.at.from(at(way - tail_m / metres)?.at), front.from(knot.at)].map(unit);
-        if dot(came, down) < MOST_BEND || dot(goes, down) < MOST_BEND {
+        if came.dot(down) < MOST_BEND || goes.dot(down) < MOST_BEND {
             return None;
         }
         let moraine = Moraine {
-            middle: knot.at.moved(down.map(|part| -part * radius_m / metres)),
+            middle: knot.at.moved(-down * radius_m / metres),
             down,
             radius_m,
             half_m,
@@ -275,10 +276,11 @@ mod tests {
             let (_, reach_m) = moraine.reach();
             let mut highest_m = 0.0f64;
             for place in 0..64 * 64 {
-                let off = [place % 64, place / 64].map(|at| (f64::from(at) / 31.5 - 1.0) * 1.1 * reach_m);
+                let off = DVec2::from([place % 64, place / 64].map(f64::from));
+                let off = (off / 31.5 - 1.0) * 1.1 * reach_m;
                 let height_m = moraine.height_m(off);
                 assert!((0.0..=HIGHEST_M).contains(&height_m), "{moraine:?}");
-                assert!(height_m == 0.0 || length(off) <= reach_m, "{moraine:?} at {off:?}");
+                assert!(height_m == 0.0 || off.length() <= reach_m, "{moraine:?} at {off:?}");
                 highest_m = highest_m.max(height_m);
             }
             assert!(highest_m > 0.3 * moraine.height_m, "{highest_m} m of {moraine:?}");

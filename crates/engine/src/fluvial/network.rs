@@ -14,10 +14,12 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::branches::Branches;
 use super::channel::Channel;
 use super::fields::{Fields, most_area};
-use super::grain_point::{Point, overlap};
+use super::grain_point::{Point, overlap, padded};
 use super::lake;
 use super::segment::{Reach, Segments, segments_of, touches, widened};
 use super::segments_above::{self, Above, Asked, AsksAbove, Patch, PatchId};
@@ -85,12 +87,12 @@ impl Network {
     }
 
     /// Returns the rectangle that holds the heads of all channels of a level that may touch a rectangle.
-    pub fn input(&self, level: u32, [low, high]: [Point; 2]) -> [Point; 2] {
+    pub fn input(&self, level: u32, rectangle: [Point; 2]) -> [Point; 2] {
         let reach = match level {
             0 => trunk_course::REACH_CELLS * self.fields.side(level) as f64,
             _ => tributary_course::reach(&self.fields, level),
         };
-        [low.moved([-reach; 2]), high.moved([reach; 2])]
+        padded(rectangle, reach)
     }
 
     /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their cells.
@@ -136,8 +138,8 @@ impl Network {
             let gentlest = if level == 0 { 1.0 } else { reach.least_cross };
             let widest = widened(own / gentlest, self.fields.widest_trough(level));
             let widest = widest + lake::most_sunk(&self.fields, level);
-            let around = [rectangle[0].moved([-widest; 2]), rectangle[1].moved([widest; 2])];
-            let comes_near = |ends: [[f64; 2]; 2], by: f64| touches(ends, asked, by);
+            let around = padded(rectangle, widest);
+            let comes_near = |ends: [DVec2; 2], by: f64| touches(ends, asked, by);
             let mut take = |channel: &Arc<Channel>| {
                 let before = all.len();
                 // Most segments are further away than any reach.
@@ -229,7 +231,7 @@ mod tests {
             for level in 0..fluvial.fields().levels() {
                 let side = fluvial.fields().side(level);
                 let corner = Point { x: -7 * side, y: 5 * side };
-                for id in fluvial.fields().cells(level, [corner, corner.moved([20.0 * side as f64; 2])]) {
+                for id in fluvial.fields().cells(level, [corner, Point { x: 13 * side, y: 25 * side }]) {
                     if let Some(channel) = network.channel(id) {
                         for knot in &channel.knots {
                             let mut is_found = false;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::Fluvial;
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::fields::{COAST_STEP, most_area, river_depth_m};
-use super::grain_point::{GRAINS, Point};
+use super::grain_point::{GRAINS, Point, padded};
 use super::lake::{Hollow, NO_LAKE};
 use super::segments_above::AsksAbove;
 use super::strahler::{Strahler, locate};
@@ -89,7 +89,7 @@ impl CoursePoint {
         CoursePoint {
             // Both places lie in one channel: places of two channels cannot be interpolated.
             place: (self.place.0, mix(self.place.1, other.place.1)),
-            at: self.at.moved(other.at.from(self.at).map(|way| way * share)),
+            at: self.at.towards(other.at, share),
             level_m: mix(self.level_m, other.level_m),
             area: mix(self.area, other.area),
             river: mix(self.river, other.river),
@@ -204,8 +204,7 @@ impl Fluvial {
     /// Returns the rectangle of the network that a channel must touch to touch an area of the world, with `spare`
     /// grains more on each side.
     fn network_around(&self, area: &Area, spare: i64) -> [Point; 2] {
-        let [low, high] = self.warp.input(*area, self.stride);
-        [low.moved([-spare as f64; 2]), high.moved([spare as f64; 2])]
+        padded(self.warp.input(*area, self.stride), spare as f64)
     }
 
     /// Returns an area that holds all of the world whose points lie in a rectangle of the network.
@@ -396,7 +395,7 @@ impl Fluvial {
         let point = |CoursePoint { at, level_m, area, river, .. }: &CoursePoint| {
             let discharge_m3s = self.fields.discharge_m3s(*area);
             LinePoint {
-                place: at.from(corner).map(|grains| grains / node as f64),
+                place: (at.from(corner) / node as f64).into(),
                 level_m: *level_m,
                 floor_m: level_m - river_depth_m(discharge_m3s) as f64,
                 half_width_m: river * self.fields.metres_a_grain(),

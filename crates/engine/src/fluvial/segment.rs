@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, ChannelPlace, CrossSection, Knot};
 use super::fields::{Fields, across};
 use super::grain_point::{GRAINS, Point};
 use super::lake;
 use super::meander::meander_width;
-use crate::geometry::{LineSegment, cross, length, lerp, smooth};
+use crate::geometry::{LineSegment, lerp, smooth};
 use crate::memory::heap_bytes;
 
 /// The straight segments of the channels around a place, in a fixed order.
@@ -40,9 +42,9 @@ pub struct Segment {
     /// The number of the knot at which it begins.
     pub knot: u32,
     /// The upper end, in grains east and south of the origin.
-    pub from: [f64; 2],
+    pub from: DVec2,
     /// The way from the upper end to the lower end, in grains.
-    pub along: [f64; 2],
+    pub along: DVec2,
     per_square: f64,
     /// Distance in grains between channels of its level, about.
     side: f64,
@@ -190,32 +192,31 @@ impl Reach {
 impl Segment {
     /// Returns the segment's line, relative to the segments' origin.
     pub fn line(&self) -> LineSegment {
-        LineSegment { from: self.from, along: self.along }
+        LineSegment { from: self.from.into(), along: self.along.into() }
     }
 
     /// Returns the corners of the segment's bounding box.
-    pub fn bounds(&self) -> [[f64; 2]; 2] {
-        let to = [0, 1].map(|axis| self.from[axis] + self.along[axis]);
-        [[0, 1].map(|axis| least(self.from[axis], to[axis])), [0, 1].map(|axis| most(self.from[axis], to[axis]))]
+    pub fn bounds(&self) -> [DVec2; 2] {
+        let to = self.from + self.along;
+        [self.from.min(to), self.from.max(to)]
     }
 
     /// Returns the share of the segment at which it is nearest to a point, and the square of the distance in grains.
-    pub fn nearest(&self, to: [f64; 2]) -> (f64, f64) {
-        self.nearest_off([to[0] - self.from[0], to[1] - self.from[1]])
+    pub fn nearest(&self, to: DVec2) -> (f64, f64) {
+        self.nearest_off(to - self.from)
     }
 
     /// Returns the same as [`Segment::nearest`] for a point given by its offset from the segment's upper end.
     ///
     /// It does what [`LineSegment::nearest`] does, but for a division, which is done once for all points.
-    pub fn nearest_off(&self, off: [f64; 2]) -> (f64, f64) {
-        let t = ((off[0] * self.along[0] + off[1] * self.along[1]) * self.per_square).clamp(0.0, 1.0);
-        let off = [off[0] - self.along[0] * t, off[1] - self.along[1] * t];
-        (t, off[0] * off[0] + off[1] * off[1])
+    pub fn nearest_off(&self, off: DVec2) -> (f64, f64) {
+        let t = (off.dot(self.along) * self.per_square).clamp(0.0, 1.0);
+        (t, (off - self.along * t).length_squared())
     }
 
     /// Returns the metres that the bed falls a grain; less than 0 where the bed rises to the sill of a lake.
     pub fn bed_slope(&self) -> f64 {
-        -self.level_m[1] / length(self.along)
+        -self.level_m[1] / self.along.length()
     }
 
     /// Returns the least slope of the sides across the channel, as a share of the hillside's.
@@ -248,7 +249,7 @@ impl Segment {
     }
 
     /// Tells whether the [reach](Segment::reach) touches a rectangle, given by its corners.
-    pub fn reaches(&self, rectangle: [[f64; 2]; 2], reach: Reach) -> bool {
+    pub fn reaches(&self, rectangle: [DVec2; 2], reach: Reach) -> bool {
         touches(self.bounds(), rectangle, self.reach(reach))
     }
 
@@ -263,7 +264,7 @@ impl Segment {
     }
 
     /// Tells whether a point lies on the floor of the segment's valley.
-    pub fn has_on_floor(&self, at: [f64; 2]) -> bool {
+    pub fn has_on_floor(&self, at: DVec2) -> bool {
         let (t, square) = self.nearest(at);
         square < (LEVEL * lerp(self.trough, t)).powi(2)
     }
@@ -277,7 +278,7 @@ impl Segment {
     }
 
     /// Returns [`Segment::side_m`] if it is lower than `most_m`: cheaper than to compute and compare it.
-    pub fn side_below_m(&self, at: [f64; 2], slope: f64, most_m: f64) -> Option<f64> {
+    pub fn side_below_m(&self, at: DVec2, slope: f64, most_m: f64) -> Option<f64> {
         if most_m <= self.lowest_m() {
             return None;
         }
@@ -290,7 +291,7 @@ impl Segment {
 
     /// Returns the height in metres of the segment's valley side at a point, for hillsides that rise `slope` metres a
     /// grain.
-    pub fn side_m(&self, at: [f64; 2], slope: f64) -> f64 {
+    pub fn side_m(&self, at: DVec2, slope: f64) -> f64 {
         let (t, square) = self.nearest(at);
         self.side_at_m(t, square, slope)
     }
@@ -330,7 +331,7 @@ impl Segment {
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// The corners of their bounding box.
-    rectangle: [[f64; 2]; 2],
+    rectangle: [DVec2; 2],
     /// The heights in metres of their lowest and their highest water.
     pub level_m: [f64; 2],
     gentlest_cross: f64,
@@ -344,7 +345,7 @@ impl Bounds {
     /// Returns the bounds of these segments; without any, no place is near enough to matter.
     pub fn of(segments: &[Segment]) -> Bounds {
         let none = Bounds {
-            rectangle: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
+            rectangle: [DVec2::INFINITY, DVec2::NEG_INFINITY],
             level_m: [f64::INFINITY, f64::NEG_INFINITY],
             gentlest_cross: f64::INFINITY,
             widest_trough: 0.0,
@@ -355,10 +356,7 @@ impl Bounds {
         segments.iter().fold(none, |all, segment| {
             let ([low, high], [all_low, all_high]) = (segment.bounds(), all.rectangle);
             Bounds {
-                rectangle: [
-                    [0, 1].map(|axis| least(all_low[axis], low[axis])),
-                    [0, 1].map(|axis| most(all_high[axis], high[axis])),
-                ],
+                rectangle: [all_low.min(low), all_high.max(high)],
                 level_m: [least(all.level_m[0], segment.lowest_m()), most(all.level_m[1], segment.highest_m())],
                 gentlest_cross: least(all.gentlest_cross, segment.gentlest_cross()),
                 widest_trough: most(all.widest_trough, segment.widest_trough()),
@@ -371,22 +369,20 @@ impl Bounds {
 
     /// Tells whether the bounding box, widened by some distance, holds a place, as [`LineSegment::touches`] does for a
     /// single line.
-    pub fn touches(&self, place: [f64; 2], distance: f64) -> bool {
+    pub fn touches(&self, place: DVec2, distance: f64) -> bool {
         self.overlaps([place, place], distance)
     }
 
     /// Tells whether the bounding box, widened by some distance, overlaps a rectangle.
-    pub fn overlaps(&self, [low, high]: [[f64; 2]; 2], distance: f64) -> bool {
+    pub fn overlaps(&self, [low, high]: [DVec2; 2], distance: f64) -> bool {
         let [own_low, own_high] = self.rectangle;
-        let overlaps = |axis: usize| own_low[axis] - distance <= high[axis] && low[axis] <= own_high[axis] + distance;
-        overlaps(0) & overlaps(1)
+        (own_low - distance).cmple(high).all() & low.cmple(own_high + distance).all()
     }
 
     /// Returns a lower bound of the square of the distance in grains from a place to the nearest segment.
-    pub fn least_square(&self, place: [f64; 2]) -> f64 {
+    pub fn least_square(&self, place: DVec2) -> f64 {
         let [low, high] = self.rectangle;
-        let off = [0, 1].map(|axis| most(most(low[axis] - place[axis], place[axis] - high[axis]), 0.0));
-        off[0] * off[0] + off[1] * off[1]
+        (low - place).max(place - high).max(DVec2::ZERO).length_squared()
     }
 
     /// Returns an upper bound of [`Segment::reach`] for a reach that is [the same](Reach::even) for all channels.
@@ -403,10 +399,8 @@ impl Bounds {
 }
 
 /// Tells whether a rectangle, widened by `reach`, touches another one, both given by their corners.
-pub fn touches([from, to]: [[f64; 2]; 2], [low, high]: [[f64; 2]; 2], reach: f64) -> bool {
-    [0, 1]
-        .into_iter()
-        .all(|axis| from[axis].max(to[axis]) + reach >= low[axis] && from[axis].min(to[axis]) - reach <= high[axis])
+pub fn touches([from, to]: [DVec2; 2], [low, high]: [DVec2; 2], reach: f64) -> bool {
+    (from.max(to) + reach).cmpge(low).all() && (from.min(to) - reach).cmple(high).all()
 }
 
 /// Returns the smaller of two numbers; `min` would also check for NaN.
@@ -422,17 +416,16 @@ fn most(a: f64, b: f64) -> f64 {
 /// A circle that holds the places of a course.
 pub struct Circle {
     /// The centre.
-    pub middle: [f64; 2],
+    pub middle: DVec2,
     /// The radius in grains.
     pub radius: f64,
 }
 
 impl Circle {
     /// Returns the circle that holds all places, around the middle between the first and the last.
-    pub fn around(places: &[[f64; 2]]) -> Circle {
-        let (first, last) = (places[0], places[places.len() - 1]);
-        let middle = [0, 1].map(|axis| f64::midpoint(first[axis], last[axis]));
-        let distances = places.iter().map(|place| length([place[0] - middle[0], place[1] - middle[1]]));
+    pub fn around(places: &[DVec2]) -> Circle {
+        let middle = places[0].midpoint(places[places.len() - 1]);
+        let distances = places.iter().map(|place| place.distance(middle));
         Circle { middle, radius: distances.fold(0.0, f64::max) }
     }
 
@@ -510,7 +503,7 @@ fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
         let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);
         let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
         // The vector `before` leads back upstream, so the cross product of a turn to the right has the opposite sign.
-        let sine = -cross(before, after) / (length(before) * length(after)).max(1e-9);
+        let sine = -before.perp_dot(after) / (before.length() * after.length()).max(1e-9);
         let sharp = smooth((sine.abs() / SINE).min(1.0));
         // At its ends a trunk has the usual width and no bend, so that it matches the next trunk.
         let inner = smooth((come / (END_WIDTHS * width)).min(1.0));
@@ -523,14 +516,14 @@ fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
 /// Returns the offset from a place to the point of the channel that is as many grains ahead as a bend is measured over;
 /// and the distance to the next end, as far as it matters. The channel runs through `knots`, each with whether it is an
 /// end.
-fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: f64) -> ([f64; 2], f64) {
+fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: f64) -> (DVec2, f64) {
     let (bend, most) = (BEND_WIDTHS * width, END_WIDTHS * width);
-    let (mut come, mut last, mut place) = (0.0, from, [0.0; 2]);
+    let (mut come, mut last, mut place) = (0.0, from, DVec2::ZERO);
     for (knot, is_end) in knots {
         let way = knot.at.from(last);
-        let share = ((bend - come) / length(way).max(1e-9)).clamp(0.0, 1.0);
-        place = [0, 1].map(|axis| place[axis] + way[axis] * share);
-        (come, last) = (come + length(way), knot.at);
+        let long = way.length();
+        place += way * ((bend - come) / long.max(1e-9)).clamp(0.0, 1.0);
+        (come, last) = (come + long, knot.at);
         if come >= most || is_end {
             break;
         }
@@ -545,7 +538,7 @@ pub fn segments_of(
     channel: &Channel,
     number: u32,
     origin: Point,
-    wanted: impl Fn([[f64; 2]; 2]) -> bool,
+    wanted: impl Fn([DVec2; 2]) -> bool,
 ) -> impl Iterator<Item = Segment> {
     debug_assert_eq!(channel.sections.len(), channel.knots.len(), "a channel is measured before it has segments");
     let mut before = channel.knots[0].at.from(origin);
@@ -553,8 +546,8 @@ pub fn segments_of(
     channel.knots.windows(2).zip(channel.sections.windows(2)).enumerate().filter_map(move |(knot, (pair, sections))| {
         let (from, to) = (before, pair[1].at.from(origin));
         before = to;
-        let along = [to[0] - from[0], to[1] - from[1]];
-        let square = along[0] * along[0] + along[1] * along[1];
+        let along = to - from;
+        let square = along.length_squared();
         if square == 0.0 || !wanted([from, to]) {
             return None;
         }
@@ -625,7 +618,7 @@ fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f6
 
 /// Returns a circle that holds a bed, and the height of the bed's highest water.
 pub fn bed_in(knots: &[Knot], origin: Point) -> (Circle, f64) {
-    let places: Vec<[f64; 2]> = knots.iter().map(|knot| knot.at.from(origin)).collect();
+    let places: Vec<DVec2> = knots.iter().map(|knot| knot.at.from(origin)).collect();
     (Circle::around(&places), knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max))
 }
 
@@ -766,7 +759,7 @@ mod tests {
         // Half of the floor is flood plain.
         stepped.flood_plain = [0.5 * LEVEL * stepped.trough[0], 0.0];
         let side_slope = slope / GRAINS as f64 * preset.spacing_m;
-        let side_m = |segment: &Segment, grains: f64| segment.side_m([0.0, grains], side_slope);
+        let side_m = |segment: &Segment, grains: f64| segment.side_m(DVec2::new(0.0, grains), side_slope);
         let (floor, vertex) = (LEVEL * stepped.trough[0], GRAINS as f64);
         let mut risers = 0;
         let mut was_riser = false;
@@ -798,7 +791,7 @@ mod tests {
             reach_of_river(&settings, preset.spacing_m, 0.04)
         };
         let (bare, raised) = (segment(0.0), segment(1.0));
-        let more = |grains: f64| raised.side_m([0.0, grains], 1.0) - bare.side_m([0.0, grains], 1.0);
+        let more = |grains: f64| raised.side_m(DVec2::Y * grains, 1.0) - bare.side_m(DVec2::Y * grains, 1.0);
         let river = raised.river[0];
         assert_eq!(more(river), 0.0);
         let (top, height) = (river * (1.0 + LEVEE / LEVEE_RISES), LEVEE * river * raised.cross[0]);

@@ -6,13 +6,14 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::Channel;
 use super::fields::Fields;
-use super::grain_point::{Point, overlap};
+use super::grain_point::{Point, overlap, padded};
 use super::lake;
-use super::segment::{Bounds, Reach, Segment, segments_of, widened};
+use super::segment::{Bounds, Reach, Segment, segments_of, touches, widened};
 use super::trunk_lattice::NodeId;
-use crate::geometry::length;
 use crate::lines::ChannelId;
 use crate::memory::heap_bytes;
 
@@ -89,7 +90,7 @@ pub fn origin(fields: &Fields, at: Point) -> Point {
 pub fn patches(
     fields: &Fields,
     level: u32,
-    [low, high]: [Point; 2],
+    rectangle: [Point; 2],
     asked: Asked,
     origin: Point,
 ) -> impl Iterator<Item = PatchId> {
@@ -99,7 +100,7 @@ pub fn patches(
     };
     // The middle of a line that touches the rectangle is at most half of the line's length away.
     let reach = sides + 0.5 * fields.longest_segment(level);
-    let cells = fields.cells(level, [low.moved([-reach; 2]), high.moved([reach; 2])]);
+    let cells = fields.cells(level, padded(rectangle, reach));
     cells.map(move |(level, x, y)| PatchId { level, cell: (x, y), origin })
 }
 
@@ -122,12 +123,9 @@ impl Patch {
             if !overlap(channel.bounds(), square) {
                 return;
             }
-            let is_own = |[from, to]: [[f64; 2]; 2]| {
+            let is_own = |[from, to]: [DVec2; 2]| {
                 // A cell includes its northern and western edges only, so each middle lies in exactly one cell.
-                [0, 1].into_iter().all(|axis| {
-                    let twice = from[axis] + to[axis];
-                    2.0 * low[axis] <= twice && twice < 2.0 * high[axis]
-                })
+                (2.0 * low).cmple(from + to).all() && (from + to).cmplt(2.0 * high).all()
             };
             let before = segments.len();
             segments.extend(segments_of(fields, channel, channels.len() as u32, id.origin, is_own));
@@ -137,12 +135,10 @@ impl Patch {
         });
         // Sorted by the cells of a raster, so that segments close together are neighbours in the list too.
         let side = segments.len().div_ceil(GROUP).isqrt().clamp(1, MOST_GROUPS);
-        let cell = (high[0] - low[0]) / side as f64;
+        let cell = (high.x - low.x) / side as f64;
         let cell_of = |segment: &Segment| {
-            let [column, row] = [0, 1].map(|axis| {
-                let off = segment.from[axis] + 0.5 * segment.along[axis] - low[axis];
-                ((off / cell).max(0.0) as usize).min(side - 1)
-            });
+            let off = (segment.from + 0.5 * segment.along - low) / cell;
+            let [column, row] = off.to_array().map(|off| (off.max(0.0) as usize).min(side - 1));
             row * side + column
         };
         segments.sort_by_cached_key(cell_of);
@@ -153,7 +149,7 @@ impl Patch {
         }
         let bounds = Bounds::of(&segments);
         debug_assert!(
-            segments.iter().all(|segment| length(segment.along) <= fields.longest_segment(id.level)),
+            segments.iter().all(|segment| segment.along.length() <= fields.longest_segment(id.level)),
             "{id:?}"
         );
         Patch { channels, segments, groups, bounds }
@@ -197,24 +193,21 @@ impl Above {
     }
 
     /// Returns the segments whose bounding boxes overlap a rectangle.
-    pub fn overlapping(&self, rectangle: [[f64; 2]; 2]) -> impl Iterator<Item = &Segment> {
+    pub fn overlapping(&self, rectangle: [DVec2; 2]) -> impl Iterator<Item = &Segment> {
         let overlaps = move |bounds: &Bounds| bounds.overlaps(rectangle, 0.0);
-        self.of_groups(overlaps).map(|near| near.segment).filter(move |segment| {
-            let [low, high] = segment.bounds();
-            let overlaps = |axis: usize| rectangle[0][axis] <= high[axis] && low[axis] <= rectangle[1][axis];
-            overlaps(0) & overlaps(1)
-        })
+        let segments = self.of_groups(overlaps).map(|near| near.segment);
+        segments.filter(move |segment| touches(segment.bounds(), rectangle, 0.0))
     }
 
     /// Returns the segment nearest to a place, among those that may come within `distance` grains of it, with the
     /// square of its distance.
-    pub fn nearest(&self, place: [f64; 2], distance: f64) -> Option<(f64, Near<'_>)> {
+    pub fn nearest(&self, place: DVec2, distance: f64) -> Option<(f64, Near<'_>)> {
         let least = Cell::new(f64::INFINITY);
         let may_be_nearer =
             |bounds: &Bounds| bounds.least_square(place) < least.get() && bounds.touches(place, distance);
         let nearest = self.of_groups(&may_be_nearer).fold(None, |nearest, near| {
             let square = near.segment.nearest(place).1;
-            if square < least.get() && near.segment.line().touches(place, distance) {
+            if square < least.get() && near.segment.line().touches(place.into(), distance) {
                 least.set(square);
                 return Some(near);
             }
@@ -225,13 +218,13 @@ impl Above {
 
     /// Returns the segment whose side is lowest at a place, among those that may come within `distance` grains of it,
     /// with the height of that side in metres. `slope` is the rise of hillsides in metres a grain.
-    pub fn lowest_side(&self, place: [f64; 2], slope: f64, distance: f64) -> Option<(f64, Near<'_>)> {
+    pub fn lowest_side(&self, place: DVec2, slope: f64, distance: f64) -> Option<(f64, Near<'_>)> {
         let least_m = Cell::new(f64::INFINITY);
         let may_be_lower = |bounds: &Bounds| {
             bounds.touches(place, distance) && bounds.may_be_below(bounds.least_square(place), slope, least_m.get())
         };
         let lowest = self.of_groups(&may_be_lower).fold(None, |lowest, near| {
-            if near.segment.line().touches(place, distance)
+            if near.segment.line().touches(place.into(), distance)
                 && let Some(side_m) = near.segment.side_below_m(place, slope, least_m.get())
             {
                 least_m.set(side_m);
@@ -246,7 +239,7 @@ impl Above {
     /// of a brook without a floor rises over `brook` grains.
     pub fn beneath(
         &self,
-        place: [f64; 2],
+        place: DVec2,
         brook: f64,
         may_matter: impl Fn(&Bounds) -> bool + Copy,
     ) -> impl Iterator<Item = &Segment> {
@@ -269,25 +262,25 @@ mod tests {
     fn patches_have_what_a_look_at_all_finds() {
         let fluvial = Fluvial::of_preset("alps", 4, |_| {});
         let (cell, corner) = (fluvial.fields().side(2) as f64, Point { x: 1 << 30, y: -(1 << 29) });
-        let square = [corner, corner.moved([6.0 * cell; 2])];
+        let square = [corner, corner.moved(DVec2::splat(6.0 * cell))];
         let origin = origin(fluvial.fields(), corner);
         let all = fluvial.network().segments(ShownChannels::whole(2), square, origin, Reach::even(3.0 * cell));
         let name = |segment: &Segment| (all.channels[segment.channel as usize].id, segment.knot);
         let slope = fluvial.fields().least_hill_slope() * fluvial.fields().metres_a_grain();
         // Places in the square, at its edge, and where there are hardly any segments.
         for place in [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [0.0, 6.0], [4.5, 1.0]] {
-            let at = corner.moved(place.map(|at| at * cell));
+            let at = corner.moved(DVec2::from(place) * cell);
             let place = at.from(origin);
-            let near = |distance: f64| [-distance, distance].map(|by| at.moved([by; 2]));
+            let near = |distance: f64| at.square(distance);
             let distance = 1.3 * cell;
             let above = fluvial.network().above(2, near(distance), Asked::Lines);
-            let around = [-distance, distance].map(|by| place.map(|at| at + by));
+            let around = [place - distance, place + distance];
             let names = |segments: &mut dyn Iterator<Item = &Segment>| {
-                let mut places: Vec<_> = segments.map(|segment| segment.from.map(f64::to_bits)).collect();
+                let mut places: Vec<_> = segments.map(|segment| segment.from.to_array().map(f64::to_bits)).collect();
                 places.sort_unstable();
                 places
             };
-            let touch = || all.all.iter().filter(|segment| segment.line().touches(place, distance));
+            let touch = || all.all.iter().filter(|segment| segment.line().touches(place.into(), distance));
             assert_eq!(names(&mut above.overlapping(around)), names(&mut touch()), "around {place:?}");
             let nearest = touch().map(|segment| segment.nearest(place).1).min_by(f64::total_cmp);
             assert_eq!(above.nearest(place, distance).map(|(square, _)| square), nearest, "{place:?}");
@@ -317,7 +310,7 @@ mod tests {
             let at = Point { x: at[0], y: at[1] };
             let off = at.from(origin(fluvial.fields(), at));
             let most = (ORIGIN_CELLS * fluvial.fields().side(0)) as f64;
-            assert!(off.iter().all(|off| off.abs() <= most / 2.0), "{off:?}");
+            assert!(off.abs().max_element() <= most / 2.0, "{off:?}");
             // Room for a millionth of a vertex.
             assert!(most * f64::EPSILON < 1e-6 * GRAINS as f64);
         }

@@ -4,11 +4,14 @@
 //! None reaches the shore: a strip of water along it stays free for rivers that end there. Shoals only raise the sea's
 //! floor.
 
+use glam::DVec2;
+
 use super::fields::Fields;
 use super::grain_point::{GRAINS, Point, chance};
+use super::plane::unit;
 use super::point_noise::{PointField, PointNoise};
 use crate::area::Area;
-use crate::geometry::{length, smooth};
+use crate::geometry::smooth;
 use crate::hash::{self, Draw, Stream};
 
 /// Vertices a side of a cell of the lattice.
@@ -79,9 +82,9 @@ struct Skerry {
     /// The corner of the skerry's cell.
     corner: [i64; 2],
     /// The middle of the skerry, in vertices from the corner.
-    middle: [f64; 2],
+    middle: DVec2,
     /// The direction of the skerry's long axis.
-    axis: [f64; 2],
+    axis: DVec2,
     /// Half of the skerry's length in vertices.
     half: f64,
 }
@@ -140,9 +143,9 @@ impl Skerries {
         let half = HALF.0 + HALF.1 * luck(SIZE) * luck(SIZE);
         let most = CELL as f64 / 2.0;
         let room = most - half * (SKIRT / (1.0 - ROUGHNESS)).sqrt();
-        let middle = [0, 1].map(|axis| most + room * (2.0 * luck(MIDDLE + axis) - 1.0));
+        let middle = DVec2::from([0, 1].map(|axis| most + room * (2.0 * luck(MIDDLE + axis) - 1.0)));
         let corner = [cell.0 * CELL, cell.1 * CELL];
-        let at = Point::at_vertex(corner[0], corner[1]).moved(middle.map(|vertices| vertices * GRAINS as f64));
+        let at = Point::at_vertex(corner[0], corner[1]).moved(middle * GRAINS as f64);
         // The noise alone is cheaper than the distance from the shore, so test it first.
         if self.shoal(at, 0.0) < SKERRIES {
             return None;
@@ -151,9 +154,8 @@ impl Skerries {
         if off < 0.0 || self.shoal(at, off) < SKERRIES {
             return None;
         }
-        let way = self.strike.each_ref().map(|strike| strike.at(at));
-        let long = length(way).max(1e-9);
-        Some(Skerry { corner, middle, axis: way.map(|part| part / long), half })
+        let axis = unit(self.strike.each_ref().map(|strike| strike.at(at)).into());
+        Some(Skerry { corner, middle, axis, half })
     }
 }
 
@@ -161,9 +163,9 @@ impl Skerry {
     /// Returns the square of a vertex's distance from the skerry's middle, relative to the skerry's size in that
     /// direction.
     fn square(&self, at: [i64; 2]) -> f64 {
-        let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner[axis]) as f64 - self.middle[axis]);
-        let along = x * self.axis[0] + y * self.axis[1];
-        let across = (y * self.axis[0] - x * self.axis[1]) * LENGTH;
+        let off = DVec2::from([0, 1].map(|axis| (at[axis] - self.corner[axis]) as f64)) - self.middle;
+        let along = off.dot(self.axis);
+        let across = self.axis.perp_dot(off) * LENGTH;
         (along * along + across * across) / (self.half * self.half)
     }
 }

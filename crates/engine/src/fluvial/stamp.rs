@@ -4,6 +4,8 @@
 //! The point is a point of the network, so the stamp is the same in every area that knows the channel. Its reach is so
 //! short that every area within the reach does know the channel.
 
+use glam::DVec2;
+
 use super::fields::Fields;
 use super::grain_point::{GRAINS, Point};
 use super::valley;
@@ -35,7 +37,7 @@ pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut 
         let corner = Point::at_vertex(block.x0 * nodes.step, block.y0 * nodes.step);
         let reaches = |stamp: &&T| {
             let (at, reach_m) = stamp.reach();
-            let at = at.from(corner).map(|grains| grains * metres);
+            let at = at.from(corner) * metres;
             // One metre more allows for rounding: this only selects stamps for an exact test.
             let most_m = reach_m + 1.0;
             [0, 1].into_iter().all(|axis| {
@@ -51,8 +53,7 @@ pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut 
 }
 
 /// Returns the metres east and south from a point to a node, given by its index and vertex.
-pub fn off_m(fields: &Fields, nodes: &Displaced, index: usize, vertex: Point, from: Point) -> [f64; 2] {
+pub fn off_m(fields: &Fields, nodes: &Displaced, index: usize, vertex: Point, from: Point) -> DVec2 {
     // The difference is exact whatever the origin, except for the last sum, so all windows find the same offset.
-    let off = vertex.from(from);
-    [0, 1].map(|axis| off[axis] * fields.metres_a_grain() + nodes.metres[axis][index] as f64)
+    vertex.from(from) * fields.metres_a_grain() + nodes.displacement_m(index)
 }

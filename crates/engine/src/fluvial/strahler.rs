@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::Fluvial;
 use super::channel::{Channel, Mouth};
-use super::grain_point::Point;
+use super::grain_point::{Point, padded};
 use super::segments_above::AsksAbove;
 use super::trunk_lattice::{NodeId, neighbours};
 use crate::geometry::LineSegment;
@@ -123,13 +123,13 @@ impl Strahler {
 
     fn find_joins(&self, fluvial: &Fluvial, channel: &Channel) -> Vec<Join> {
         let network = fluvial.network();
-        let [low, high] = channel.bounds();
+        let around = padded(channel.bounds(), 1.0);
         let mut joins = Vec::new();
         for level in channel.id.0 + 1..fluvial.fields().levels() {
             if !fluvial.has_rivers(level) {
                 break;
             }
-            network.channels(level, [low.moved([-1.0; 2]), high.moved([1.0; 2])], |tributary| {
+            network.channels(level, around, |tributary| {
                 if tributary.mouth == Mouth::Channel(channel.id) {
                     let order = self.orders(fluvial, tributary).end();
                     let at = tributary.knots[tributary.knots.len() - 1].at;
@@ -147,8 +147,8 @@ impl Strahler {
 pub fn locate(channel: &Channel, at: Point) -> f64 {
     let mut nearest = (f64::INFINITY, 0.0);
     for (knot, pair) in channel.knots.windows(2).enumerate() {
-        let line = LineSegment { from: [0.0; 2], along: pair[1].at.from(pair[0].at) };
-        let (share, distance) = line.nearest(at.from(pair[0].at));
+        let line = LineSegment { from: [0.0; 2], along: pair[1].at.from(pair[0].at).into() };
+        let (share, distance) = line.nearest(at.from(pair[0].at).into());
         if distance < nearest.0 {
             nearest = (distance, knot as f64 + share);
         }

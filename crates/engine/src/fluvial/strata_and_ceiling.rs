@@ -27,8 +27,13 @@ impl Lift {
         let settings = fields.settings();
         let knee_m = settings.knee * settings.ceiling_m;
         let room_m = settings.ceiling_m - knee_m;
-        let datum_m = if fields.has_sea() { fields.sea_level_m() } else { 0.0 };
-        Lift { strata: settings.strata.clone(), seed: hash::stream(seed, Stream::Strata), datum_m, knee_m, room_m }
+        Lift {
+            strata: settings.strata.clone(),
+            seed: hash::stream(seed, Stream::Strata),
+            datum_m: fields.datum_m(),
+            knee_m,
+            room_m,
+        }
     }
 
     /// Returns the height in metres after layers and ceiling.

@@ -12,7 +12,7 @@ use crate::fluvial::detail::{Detail, SLOPE_STEP};
 use crate::fluvial::grain_point::{self, GRAINS, Point, overlap};
 use crate::fluvial::network::ShownChannels;
 use crate::fluvial::segment::{Reach, Segments};
-use crate::geometry::{length, lerp};
+use crate::geometry::lerp;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Remembers, heap_bytes};
@@ -176,21 +176,18 @@ impl Survey for Fluvial {
             last = (end, world.undo(end));
             // Few pieces come to the area that is asked about. The rest lie in the margin from which others may be bent
             // into the area.
-            let aside = BENDS * length(piece.along) + GRAINS as f64;
+            let aside = BENDS * piece.along.length() + GRAINS as f64;
             let around = grain_point::around([first, last.1], aside).expect("there are two");
             if !overlap(around, asked) {
                 continue;
             }
-            let parts = (length(piece.along) / (RIVER_VERTICES * GRAINS as f64)).ceil().max(1.0) as usize;
+            let parts = (piece.along.length() / (RIVER_VERTICES * GRAINS as f64)).ceil().max(1.0) as usize;
             let mut end = |part: usize| {
                 let share = part as f64 / parts as f64;
                 let at = match part {
                     0 => first,
                     _ if part == parts => last.1,
-                    _ => {
-                        let guess = first.moved(last.1.from(first).map(|way| way * share));
-                        world.undo_from(start.moved(piece.along.map(|along| along * share)), guess)
-                    }
+                    _ => world.undo_from(start.moved(piece.along * share), first.towards(last.1, share)),
                 };
                 [at.x, at.y]
             };
@@ -207,7 +204,7 @@ impl Survey for Fluvial {
                     && touches(1, area.y0, area.y1)
                     && from != to
                     && fields.discharge_m3s(drained) >= spring_m3s
-                    && !fields.is_drowned(start.moved(piece.along.map(|along| along * middle)), level_m)
+                    && !fields.is_drowned(start.moved(piece.along * middle), level_m)
                     && level_m >= piece.pool_m
                 {
                     rivers.push(RiverPiece {

@@ -5,8 +5,10 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec2;
+
 use super::*;
-use crate::geometry::{LineSegment, length, lines};
+use crate::geometry::{LineSegment, length};
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -15,6 +17,7 @@ use channel::{Channel, Knot};
 use grain_point::GRAINS;
 use hillsides::Hillsides;
 use network::ShownChannels;
+use plane::lines;
 use segment::{Segment, Segments};
 use segments_above::AsksAbove;
 use survey::{RiverPiece, Survey};
@@ -254,7 +257,7 @@ fn channels_stay_within_their_reach_in(names: &[&str]) {
         for level in 0..fluvial.fields.levels() {
             let side = fluvial.fields.side(level);
             let place = Point { x: 1 << 40, y: -(1 << 39) };
-            let around = [place.moved([-8.0 * side as f64; 2]), place.moved([8.0 * side as f64; 2])];
+            let around = place.square(8.0 * side as f64);
             fluvial.network.channels(level, around, |channel| {
                 let (_, x, y) = channel.id;
                 let head = [Point { x: x * side, y: y * side }, Point { x: (x + 1) * side, y: (y + 1) * side }];
@@ -303,7 +306,7 @@ fn no_two_tributaries_of_a_level_run_side_by_side() {
     let channels = tributaries(&relief("alps"), 1024);
     let line = |channel: &Channel| {
         let (head, foot) = (channel.knots[0].at, channel.knots[channel.knots.len() - 1].at);
-        LineSegment { from: foot.from(Point { x: 0, y: 0 }), along: head.from(foot) }
+        LineSegment { from: foot.from(Point::default()).into(), along: head.from(foot).into() }
     };
     let mut near = 0;
     for one in &channels {
@@ -335,7 +338,7 @@ fn trunks_go_through_nodes_in_one_direction_and_do_not_cross() {
             let Some(lower) = fluvial.network.channel((0, next.0, next.1)) else { return };
             let [a, b] =
                 [&upper.knots[upper.knots.len() - 2..], &lower.knots[..2]].map(|pair| pair[1].at.from(pair[0].at));
-            let straight = (a[0] * b[0] + a[1] * b[1]) / (length(a) * length(b));
+            let straight = a.dot(b) / (a.length() * b.length());
             assert!(straight > 0.9, "seed {seed}: {:?} goes on into {:?}: {straight}", upper.id, lower.id);
             nodes += 1;
         });
@@ -458,7 +461,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
         rivers.push(trunk.knots[trunk.knots.len() / 2]);
     });
     let widest = rivers.iter().max_by(|a, b| a.area.total_cmp(&b.area)).unwrap();
-    let corner = fluvial.in_world(widest.at).moved([-(80 * GRAINS) as f64; 2]);
+    let corner = fluvial.in_world(widest.at).moved(DVec2::splat(-(80 * GRAINS) as f64));
     let known = known_around(&fluvial, Area::new(corner.x / GRAINS, corner.y / GRAINS, 160, 160));
     let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
     for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
@@ -468,7 +471,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
         }
         let segment = &known.segments.all[known.valleys.segment[index] as usize];
         let vertex = Point::at_vertex(x, y).from(known.segments.origin);
-        let at = [0, 1].map(|axis| vertex[axis] + known.nodes.metres[axis][index] as f64 / metres);
+        let at = vertex + known.nodes.displacement_m(index) / metres;
         let slope = known.hillsides.slope[index] as f64 * metres;
         let mut bare = segment.clone();
         bare.terraces = 0;

@@ -2,18 +2,21 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, Knot, Mouth};
 use super::course_offsets;
 use super::fields::{BESIDE, Fields, most_area};
-use super::grain_point::{Point, chance, overlap};
+use super::grain_point::{Point, chance, overlap, padded};
 use super::lake::{self, Hollow, NO_LAKE};
+use super::plane::lines;
 use super::segment::{Bounds, Circle, Segment, bed_in, cut_into, measured, nearly_below, segments_of};
 use super::segments_above::{self, Above, Asked, AsksAbove};
 use super::tributary_bed::{Bed, Beside, LargerValleys, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk_curve::DROWNED_SLOPE;
 use super::trunk_lattice::NodeId;
-use crate::geometry::{LineSegment, length, lines};
+use crate::geometry::LineSegment;
 use crate::hash::{self, Draw};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
@@ -40,7 +43,7 @@ pub struct Tributaries {
 struct Surroundings {
     above: Above,
     /// Middle of the tributary's course, and the course's length in grains.
-    middle: [f64; 2],
+    middle: DVec2,
     reach: f64,
     courses: Vec<LineSegment>,
 }
@@ -55,7 +58,7 @@ impl Surroundings {
     fn lines(&self, valleys: LargerValleys) -> Vec<LineSegment> {
         let may_touch = |bounds: &Bounds| bounds.touches(self.middle, self.reach);
         let lines = self.courses.iter().copied().chain(valleys.which(&may_touch).map(Segment::line));
-        lines.filter(|line| line.touches(self.middle, self.reach)).collect()
+        lines.filter(|line| line.touches(self.middle.into(), self.reach)).collect()
     }
 }
 
@@ -84,10 +87,8 @@ impl Tributaries {
             return self.make_free(id, above);
         }
         let mut channel = self.free(id, above)?.as_ref().clone();
-        let cell = self.fields.side(id.0) as f64;
-        let [low, high] = channel.bounds();
-        let seen = [low.moved([-cell; 2]), high.moved([cell; 2])];
-        let origin = segments_above::origin(&self.fields, low);
+        let seen = padded(channel.bounds(), self.fields.side(id.0) as f64);
+        let origin = segments_above::origin(&self.fields, channel.bounds()[0]);
         let others = self.touching(id.0, seen, above).into_iter().filter(|other| *other != id);
         let others = others.filter_map(|other| self.free(other, above)).filter(|other| overlap(other.bounds(), seen));
         let others: Vec<Arc<Channel>> = others.collect();
@@ -119,16 +120,15 @@ impl Tributaries {
     /// Returns the surroundings of a tributary with this shore and this head.
     fn surroundings(&self, id: ChannelId, [shore, head]: [Point; 2], above: &impl AsksAbove) -> Surroundings {
         let way = head.from(shore);
-        let (middle, reach) = (shore.moved(way.map(|way| way / 2.0)), length(way));
-        let around = |reach: f64| [-reach, reach].map(|by| middle.moved([by; 2]));
+        let (middle, reach) = (shore.moved(way / 2.0), way.length());
         let cell = self.fields.side(id.0) as f64;
-        let above_here = above.above(id.0, around(NEAR * (reach + cell)), Asked::Sides);
+        let above_here = above.above(id.0, middle.square(NEAR * (reach + cell)), Asked::Sides);
         let origin = above_here.origin;
-        let others = self.courses.touching(id.0, around(reach), above, true).into_iter().filter(|other| *other != id);
+        let others = self.courses.touching(id.0, middle.square(reach), above, true).into_iter();
+        let others = others.filter(|other| *other != id);
         let courses = others.filter_map(|other| Some(self.courses.of(other, above)?.line(origin))).collect();
         // The exact middle, which need not be a whole number of grains.
-        let from = shore.from(origin);
-        let middle = [0, 1].map(|axis| from[axis] + way[axis] / 2.0);
+        let middle = shore.from(origin) + way / 2.0;
         Surroundings { above: above_here, middle, reach, courses }
     }
 
@@ -193,21 +193,19 @@ impl Tributaries {
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
             let at = at.from(origin);
-            let lines = around.iter().filter(|line| line.distance(mouth) > 1.0);
-            lines.map(|line| line.distance(at)).fold(f64::INFINITY, f64::min)
+            let lines = around.iter().filter(|line| line.distance(mouth.into()) > 1.0);
+            lines.map(|line| line.distance(at.into())).fold(f64::INFINITY, f64::min)
         };
         hollow.dig(fields, channel, is_own, least_m, others);
     }
 
     /// Returns the places of a tributary's winding line, from its shore up. `from` is the shore relative to the origin,
     /// `way` leads from there to the head, and `around` has the lines that the tributary must not cross.
-    fn wander(&self, level: u32, id: NodeId, [from, way]: [[f64; 2]; 2], around: &[LineSegment]) -> Vec<[f64; 2]> {
+    fn wander(&self, level: u32, id: NodeId, [from, way]: [DVec2; 2], around: &[LineSegment]) -> Vec<DVec2> {
         let segments = self.fields.segments_a_channel(level);
-        let straight: Vec<[f64; 2]> = (0..=segments)
-            .map(|step| [0, 1].map(|axis| from[axis] + way[axis] * (step as f64 / segments as f64)))
-            .collect();
+        let straight: Vec<DVec2> = (0..=segments).map(|step| from + way * (step as f64 / segments as f64)).collect();
         let shares = course_offsets::offsets(hash::network_level(self.seed, level), id, segments);
-        let offsets: Vec<f64> = shares.iter().map(|share| share * length(way)).collect();
+        let offsets: Vec<f64> = shares.iter().map(|share| share * way.length()).collect();
         let most = offsets.iter().map(|offset| offset.abs()).fold(0.0, f64::max);
         let rooms = course_offsets::rooms(&straight, around, most);
         let offsets: Vec<f64> = offsets.iter().zip(rooms).map(|(offset, room)| offset.clamp(-room, room)).collect();

@@ -2,13 +2,15 @@
 
 use std::cell::Cell;
 
+use glam::DVec2;
+
 use super::channel::Knot;
 use super::fields::{BESIDE, Fields, most_area};
 use super::grain_point::Point;
 use super::segment::{Bounds, Circle, INCISION, Segment, nearly_below, rise};
 use super::segments_above::Above;
 use super::trunk_lattice::LEAST_SLOPE;
-use crate::geometry::{come, length, lerp, lines};
+use crate::geometry::{come, lerp};
 
 /// Share of the area at its mouth by which a tributary's area is smaller at its head. The head has a quarter, as much
 /// as the mouth of a tributary of the next level.
@@ -31,7 +33,7 @@ const STAIRS: [f64; 4] = [1.5, 0.7, 1.5, 0.3];
 pub(super) struct LargerValleys<'a> {
     pub above: &'a Above,
     /// Middle of the tributary's course, and the radius in grains around it within which the side of a brook matters.
-    pub middle: [f64; 2],
+    pub middle: DVec2,
     pub brook: f64,
 }
 
@@ -75,7 +77,7 @@ pub(super) struct Bed<'a> {
     fields: &'a Fields,
     level: u32,
     /// The places that the bed runs through, in grains from the origin.
-    places: &'a [[f64; 2]],
+    places: &'a [DVec2],
     origin: Point,
     /// Distances in metres from the shore up to each place.
     way_m: Vec<f64>,
@@ -111,12 +113,12 @@ impl<'a> Bed<'a> {
         fields: &'a Fields,
         level: u32,
         (shore, origin): (Knot, Point),
-        places: &'a [[f64; 2]],
+        places: &'a [DVec2],
         valleys: LargerValleys<'a>,
         filled_m: f64,
     ) -> Bed<'a> {
         let uplift = fields.uplift(origin.moved(places[places.len() - 1]));
-        let way_m = come(lines(places, 1).iter().map(|line| length(line.along) * fields.metres_a_grain()));
+        let way_m = come(places.windows(2).map(|pair| pair[1].distance(pair[0]) * fields.metres_a_grain()));
         // Near the larger valley hillsides may be gentler than at the head.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
@@ -197,7 +199,7 @@ impl<'a> Bed<'a> {
 
     /// Returns the height to which the bed cuts into the side of a larger valley at a place, if that is below `most_m`:
     /// not below the height to which its own valley is filled.
-    fn side_below_m(&self, lower: &LowerValleys, segment: &Segment, place: [f64; 2], most_m: f64) -> Option<f64> {
+    fn side_below_m(&self, lower: &LowerValleys, segment: &Segment, place: DVec2, most_m: f64) -> Option<f64> {
         let cut_m = segment.side_below_m(place, INCISION * self.hillside, most_m)?;
         let ground_m = match cut_m < self.filled_m {
             true => segment.side_m(place, self.hillside).min(self.filled_m),
@@ -208,7 +210,7 @@ impl<'a> Bed<'a> {
     }
 
     /// Returns the height of a bed that would be `free_m` high at a place, but for the sides of larger valleys.
-    fn ground_m(&self, lower: &LowerValleys, place: [f64; 2], free_m: f64) -> f64 {
+    fn ground_m(&self, lower: &LowerValleys, place: DVec2, free_m: f64) -> f64 {
         lower.segments.iter().fold(free_m, |ground_m, segment| {
             let side_m = self.side_below_m(lower, segment, place, ground_m + CUT_M);
             side_m.map_or(ground_m, |side_m| side_m - CUT_M)
@@ -225,12 +227,12 @@ impl<'a> Bed<'a> {
         let least_slope = LEAST_SLOPE.min(self.rises_m[step - 1] / step_m);
         let least_m = |share: f64| step_m * share * least_slope;
         let knot =
-            |place: [f64; 2], level_m: f64, area: f64| Knot { at: self.origin.moved(place), level_m, area, ..shore };
+            |place: DVec2, level_m: f64, area: f64| Knot { at: self.origin.moved(place), level_m, area, ..shore };
         // The share of the step and the height of the last knot, at first that of the knot below.
         let mut from = (0.0, below.level_m);
         let mut knots = Vec::new();
         for t in PLACES.into_iter().filter(|_| self.is_wet) {
-            let place = [0, 1].map(|axis| before[axis] + (here[axis] - before[axis]) * t);
+            let place = before.lerp_monotonic(here, t);
             let straight_m = from.1 + (level_m - from.1) * (t - from.0) / (1.0 - from.0);
             let side_m = lower.segments.iter().fold(straight_m + CUT_M, |most_m, segment| {
                 self.side_below_m(lower, segment, place, most_m).unwrap_or(most_m)
@@ -282,7 +284,7 @@ impl Beside {
     }
 
     /// Returns the height in metres above which the bed keeps at a place because of one segment.
-    fn above_m(self, segment: &Segment, at: [f64; 2]) -> f64 {
+    fn above_m(self, segment: &Segment, at: DVec2) -> f64 {
         let (t, square) = segment.nearest(at);
         lerp(segment.level_m, t) - self.rise_m(square.sqrt())
     }
@@ -290,7 +292,7 @@ impl Beside {
 
 /// Returns the height in metres above which a bed with such sides keeps at a place, so that it does not take the water
 /// of larger channels beside it.
-pub(super) fn beside_m(near: &[&Segment], at: [f64; 2], beside: Beside) -> f64 {
+pub(super) fn beside_m(near: &[&Segment], at: DVec2, beside: Beside) -> f64 {
     near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
         let above_m = beside.above_m(segment, at);
         // Not `max`, which also checks for NaN.

@@ -6,6 +6,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use glam::DVec2;
+
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::course_offsets;
 use super::fields::{Fields, INTO_SEA, most_area};
@@ -13,7 +15,7 @@ use super::grain_point::{self, GRAINS, Point, chance, overlap};
 use super::segment::{Bounds, MOST_LEAN, Segment, downstream, rise};
 use super::segments_above::{Above, Asked, AsksAbove, Near};
 use super::trunk_lattice::NodeId;
-use crate::geometry::{LineSegment, dot, length, lerp};
+use crate::geometry::{LineSegment, length, lerp};
 use crate::hash::{self, Draw};
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::{Memory, Remembers, heap_bytes};
@@ -231,7 +233,7 @@ impl TributaryCourse {
 
 impl TributaryEnd {
     fn line(&self, head: Point, origin: Point) -> LineSegment {
-        LineSegment { from: self.foot.from(origin), along: head.from(self.foot) }
+        LineSegment { from: self.foot.from(origin).into(), along: head.from(self.foot).into() }
     }
 }
 
@@ -280,7 +282,7 @@ impl Courses {
     ) {
         let longest = self.fields.longest_tributary(level);
         let most = if are_straight { longest + into_sea() } else { reach(&self.fields, level) };
-        let heads = [rectangle[0].moved([-most; 2]), rectangle[1].moved([most; 2])];
+        let heads = grain_point::padded(rectangle, most);
         let side = PAGE * self.fields.side(level);
         let [first, last] = heads.map(|at| [at.x.div_euclid(side), at.y.div_euclid(side)]);
         let rows = first[1]..=last[1];
@@ -292,10 +294,7 @@ impl Courses {
             let Some(head) = cell.head else { continue };
             // Cheap tests come first: heads and the largest offsets of channels are known without drafts, and drafts
             // without the channels themselves.
-            let comes = |aside: f64| {
-                let reach = (1.0 + aside) * longest + into_sea();
-                overlap([-reach, reach].map(|by| head.moved([by; 2])), rectangle)
-            };
+            let comes = |aside: f64| overlap(head.square((1.0 + aside) * longest + into_sea()), rectangle);
             let may_touch =
                 comes(0.0) || !are_straight && comes(course_offsets::MOST_ASIDE) && comes(self.most_aside(id));
             if may_touch
@@ -345,8 +344,7 @@ impl Courses {
     fn draft<'a>(&self, id: ChannelId, cell: &'a PageCell, above: &impl AsksAbove) -> Option<&'a Draft> {
         let draft = || {
             let head = cell.head.filter(|head| self.fields.potential(*head) >= self.fields.sea_potential())?;
-            let known = known(&self.fields, id.0);
-            let known = above.above(id.0, [-known, known].map(|by| head.moved([by; 2])), Asked::Lines);
+            let known = above.above(id.0, head.square(known(&self.fields, id.0)), Asked::Lines);
             let node = (id.1, id.2);
             let (direct, aslant) = self.ends(id.0, node, head, &known, above)?;
             let draft = Draft { cell: node, head, direct, aslant, bounds: [head; 2] };
@@ -369,7 +367,8 @@ impl Courses {
         }
         // The head keeps off the edges of its cell, so that heads of neighbouring cells stay apart.
         let corner = Point { x: x * side, y: y * side };
-        Some(corner.moved([0, 1].map(|axis| (EDGE + INNER * chance(seed, (x, y), Draw::Head, axis)) * side as f64)))
+        let offset = |axis| (EDGE + INNER * chance(seed, (x, y), Draw::Head, axis)) * side as f64;
+        Some(corner.moved(DVec2::new(offset(0), offset(1))))
     }
 
     /// Returns the possible ends of the tributary of a cell, given the segments of the levels above around its head.
@@ -397,7 +396,7 @@ impl Courses {
     fn sea_end(&self, level: u32, head: Point, most: f64, above: &Above) -> Option<TributaryEnd> {
         let [shore, beyond] = self.fields.coast_near(head, most)?;
         // The tributary runs on into the sea, unless a channel is in the way.
-        let line = LineSegment { from: beyond.from(above.origin), along: head.from(beyond) };
+        let line = LineSegment { from: beyond.from(above.origin).into(), along: head.from(beyond).into() };
         let crosses = |segment: &Segment| segment.line().crosses(&line);
         let foot = if beside(above, &line, 0.0).any(crosses) { shore } else { beyond };
         Some(TributaryEnd {
@@ -507,9 +506,9 @@ impl Joining<'_> {
         let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
         // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
         let trough = self.fields.trough(self.level, most_area(self.level), level_m);
-        let line = LineSegment { from: [0.0; 2], along: self.head.from(foot) };
+        let line = LineSegment { from: [0.0; 2], along: self.head.from(foot).into() };
         let upstream = channel.knots[..=place.0].iter();
-        let above = upstream.map(|knot| (line.distance(knot.at.from(foot)), knot.level_m - level_m));
+        let above = upstream.map(|knot| (line.distance(knot.at.from(foot).into()), knot.level_m - level_m));
         let beside = above.filter(|(way, _)| *way < trough).map(|(way, rise_m)| rise_m / way.max(1.0));
         let joined_slope = beside.fold(0.0, f64::max);
         let lake = channel.lake.filter(|_| level_m < pool_m).map(|id| (pool_m, id));
@@ -532,8 +531,8 @@ impl Joining<'_> {
     /// Tells whether the coast leaves room, all along the way, for a bed that is higher than the end.
     fn falls(&self, end: &TributaryEnd) -> bool {
         let places = self.fields.segments_a_channel(self.level);
-        let way = self.head.from(end.foot).map(|part| part / places as f64);
-        let mut places = (1..=places).map(|place| end.foot.moved(way.map(|part| part * place as f64)));
+        let way = self.head.from(end.foot) / places as f64;
+        let mut places = (1..=places).map(|place| end.foot.moved(way * place as f64));
         let filled_m = self.fields.filled_m(self.level);
         !self.fields.has_sea() || places.all(|at| self.fields.below_coast_m(at, filled_m) > end.level_m)
     }
@@ -552,8 +551,8 @@ impl Joining<'_> {
             let most = away(segment.level_m[0]);
             let is_near = beside != self.channel.id
                 && most > 0.0
-                && segment.line().touches(foot, most)
-                && segment.line().touches(from, within);
+                && segment.line().touches(foot.into(), most)
+                && segment.line().touches(from.into(), within);
             !is_near || {
                 let (t, square) = segment.nearest(foot);
                 away(lerp(segment.level_m, t)) <= square.sqrt()
@@ -583,18 +582,16 @@ fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Way> {
 
 /// Tells whether a line runs so close to another, longer one that the land between them would be a needle.
 fn is_needle(line: &LineSegment, longer: &LineSegment) -> bool {
-    let head = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
-    let apart = f64::midpoint(longer.distance(line.from), longer.distance(head));
+    let head = DVec2::from(line.from) + DVec2::from(line.along);
+    let apart = f64::midpoint(longer.distance(line.from), longer.distance(head.into()));
     apart < NEEDLE * length(line.along)
 }
 
 /// Returns the segments that may come within a share of a line's length of the line.
 fn beside<'a>(above: &'a Above, line: &LineSegment, share: f64) -> impl Iterator<Item = &'a Segment> {
-    let apart = share * length(line.along);
-    let to = [0, 1].map(|axis| line.from[axis] + line.along[axis]);
-    let low = [0, 1].map(|axis| line.from[axis].min(to[axis]) - apart);
-    let high = [0, 1].map(|axis| line.from[axis].max(to[axis]) + apart);
-    above.overlapping([low, high])
+    let (apart, from) = (share * length(line.along), DVec2::from(line.from));
+    let to = from + DVec2::from(line.along);
+    above.overlapping([from.min(to) - apart, from.max(to) + apart])
 }
 
 /// Tells whether a line from a foot up neither crosses nor [grazes] the channels that it may come near to.
@@ -605,19 +602,19 @@ fn is_clear(line: &LineSegment, above: &Above) -> bool {
 /// Tells whether a line comes too near to a segment: nearer than `GRAZES` times the distance to the foot, measured
 /// along the line.
 fn grazes(line: &LineSegment, segment: &Segment) -> bool {
-    let square = dot(line.along, line.along);
+    let [from, along] = [line.from, line.along].map(DVec2::from);
+    let square = along.length_squared();
     // The steps of the line beside which the segment lies. At all other steps the segment is not near.
     let beside = [0.0, 1.0].map(|end| {
-        let off = [0, 1].map(|axis| segment.from[axis] + segment.along[axis] * end - line.from[axis]);
-        dot(off, line.along) / square.max(1.0) * f64::from(GRAZES_AT)
+        let off = segment.from + segment.along * end - from;
+        off.dot(along) / square.max(1.0) * f64::from(GRAZES_AT)
     });
     let [first, last] = [beside[0].min(beside[1]) / (1.0 + GRAZES), beside[0].max(beside[1]) / (1.0 - GRAZES)];
     // Near the foot the steps are closer together, as a bend of the joined channel may come back to the line there.
     let steps = [0.25, 0.5].into_iter().chain((first.max(1.0) as u32..=GRAZES_AT).map(f64::from));
     steps.take_while(|step| *step <= last).any(|step| {
         let share = step / f64::from(GRAZES_AT);
-        let place = [0, 1].map(|axis| line.from[axis] + line.along[axis] * share);
-        segment.nearest(place).1 < (GRAZES * share).powi(2) * square
+        segment.nearest(from + along * share).1 < (GRAZES * share).powi(2) * square
     })
 }
 

@@ -7,6 +7,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::channel::{Channel, Knot, Mouth};
 use super::course_offsets;
 use super::delta;
@@ -14,10 +16,11 @@ use super::fields::Fields;
 use super::grain_point::{self, Point, chance};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
+use super::plane::lines;
 use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
 use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
 use super::trunk_lattice::{Drained, LEAST_SLOPE, Look, NodeId, Trunks, neighbours};
-use crate::geometry::{LineSegment, lerp, lines, smooth};
+use crate::geometry::{LineSegment, lerp, smooth};
 use crate::hash::{self, Draw};
 use crate::lines::LakeId;
 use crate::memory::{Memory, Remembers};
@@ -124,7 +127,7 @@ impl TrunkCourses {
         let knot = |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), pool_m: NO_LAKE };
         let (from, there) = (here.at, nodes.node(to));
         let end = match sea_at {
-            Some(share) => knot(from.moved(there.at.from(from).map(|way| way * share)), fields.lowstand_level_m()),
+            Some(share) => knot(from.towards(there.at, share), fields.lowstand_level_m()),
             None => knot(there.at, nodes.drained(to).level_m),
         };
         let mouth = if sea_at.is_some() || there.sea { Mouth::Sea } else { Mouth::Channel((0, to.0, to.1)) };
@@ -198,7 +201,7 @@ impl TrunkCourses {
             let origin = trunk.knots[0].at;
             let around = self.around(id, origin);
             let others = |at: Point| {
-                let at = at.from(origin);
+                let at = at.from(origin).into();
                 around.iter().map(|line| line.distance(at)).fold(f64::INFINITY, f64::min)
             };
             Hollow::new(fields, self.seed, 0, id).dig(fields, trunk, |_| true, |_| f64::NEG_INFINITY, others);
@@ -218,7 +221,7 @@ impl TrunkCourses {
         // Such trunks start from the nodes around.
         let nodes = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (id.0 + x, id.1 + y)));
         let others = nodes.filter(|node| *node != id).filter_map(|node| self.apart_trunk(node));
-        let sparse = |other: Arc<Channel>| -> Vec<[f64; 2]> {
+        let sparse = |other: Arc<Channel>| -> Vec<DVec2> {
             other.knots.iter().step_by(CLEAR_STEP).map(|knot| knot.at.from(origin)).collect()
         };
         others.flat_map(|other| lines(&sparse(other), 1)).collect()
@@ -259,13 +262,7 @@ impl TrunkCourses {
         let places = meander::line(&course, ends, &meanders, width);
         let knot = |place: &LinePlace| {
             let (upper, lower) = (&trunk.knots[place.segment], &trunk.knots[place.segment + 1]);
-            let mix = |from: f64, to: f64| from + (to - from) * place.share;
-            Knot {
-                at: origin.moved(place.at),
-                level_m: mix(upper.level_m, lower.level_m),
-                area: mix(upper.area, lower.area),
-                pool_m: upper.pool_m,
-            }
+            Knot { at: origin.moved(place.at), ..upper.towards(lower, place.share) }
         };
         trunk.knots = places.iter().map(knot).collect();
     }
@@ -355,10 +352,10 @@ impl TrunkCourses {
 
 /// Returns the room for each place of a trunk's course to move sideways, at most `most`. It changes gradually, over a
 /// few [`ROOMS`]ths of the course.
-fn rooms(course: &[[f64; 2]], around: &[LineSegment], most: f64) -> Vec<f64> {
+fn rooms(course: &[DVec2], around: &[LineSegment], most: f64) -> Vec<f64> {
     let last = course.len() - 1;
     let step = (last / ROOMS).max(1);
-    let coarse: Vec<[f64; 2]> = course.iter().copied().step_by(step).collect();
+    let coarse: Vec<DVec2> = course.iter().copied().step_by(step).collect();
     let rooms = course_offsets::rooms(&coarse, around, most);
     let around = |values: &[f64], at: usize| values[at.max(2) - 2..(at + 3).min(values.len())].to_vec();
     // The least room of each place and of its neighbours.

@@ -1,11 +1,14 @@
 //! The curves of trunks from node to node, before they meander: knots with level and area.
 
+use glam::DVec2;
+
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
 use super::grain_point::Point;
 use super::lake::NO_LAKE;
+use super::plane::{come_along, lines, unit};
 use super::trunk_lattice::{Drained, Look, NodeId, neighbours};
-use crate::geometry::{LineSegment, come_along, cross, dot, length, lines};
+use crate::geometry::LineSegment;
 
 /// Slope of a bed that goes on under the sea: just enough that it falls. Chosen by eye.
 pub const DROWNED_SLOPE: f64 = 0.002;
@@ -49,10 +52,10 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let in_bay = drained.sea_at.is_some() && !there.sea;
     let below_m = if drained.sea_at.is_some() { fields.lowstand_level_m() } else { below.level_m };
     let fall_m = drained.level_m - below_m;
-    let length_m = length(straight) * fields.metres_a_grain();
+    let length_m = straight.length() * fields.metres_a_grain();
     // The area of the node's own cell is added along the way.
     let area_above = (drained.area as f64 - 1.0).max(SPRING_AREA);
-    let tangents = [start, end].map(|tangent| tangent.map(|part| part * TANGENT * bend));
+    let tangents = [start, end].map(|tangent| tangent * TANGENT * bend);
     let ways = even(segments, |t| hermite(straight, tangents, t));
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
@@ -82,7 +85,7 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
 
 /// Returns the directions in which the trunk from `id` to `to` leaves the one and arrives at the other, each as long as
 /// the way between them.
-pub fn directions(nodes: &Look, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
+pub fn directions(nodes: &Look, id: NodeId, to: NodeId) -> [DVec2; 2] {
     let straight = way(nodes, id, to);
     let start = through(nodes, id).unwrap_or_else(|| unit(straight));
     let end = match through(nodes, to) {
@@ -90,14 +93,14 @@ pub fn directions(nodes: &Look, id: NodeId, to: NodeId) -> [[f64; 2]; 2] {
         Some(through) => joining(nodes, id, to, through),
         None => unit(straight),
     };
-    [start, end].map(|direction| direction.map(|part| part * length(straight)))
+    [start, end].map(|direction| direction * straight.length())
 }
 
 /// Returns the direction of the river that passes through a node; `None` at a sink.
 ///
 /// It bisects the ways before and after the node, whatever their lengths. A mean of the ways would follow the longer
 /// one, and the river on the shorter one would have to turn back.
-fn through(nodes: &Look, id: NodeId) -> Option<[f64; 2]> {
+fn through(nodes: &Look, id: NodeId) -> Option<DVec2> {
     let drained = nodes.drained(id);
     let after = way(nodes, id, drained.to?);
     let mut through = drained.main.map_or(unit(after), |main| between(way(nodes, main, id), after, 1.0));
@@ -106,8 +109,8 @@ fn through(nodes: &Look, id: NodeId) -> Option<[f64; 2]> {
     let joins = |other: &NodeId| Some(*other) != drained.main && nodes.drained(*other).to == Some(id);
     for other in neighbours(id).filter(joins) {
         let middle = between(after, way(nodes, id, other), 1.0);
-        let side = cross(after, through);
-        if cross(after, middle) * side > 0.0 && cross(middle, through) * side > 0.0 {
+        let side = after.perp_dot(through);
+        if after.perp_dot(middle) * side > 0.0 && middle.perp_dot(through) * side > 0.0 {
             through = middle;
         }
     }
@@ -117,56 +120,51 @@ fn through(nodes: &Look, id: NodeId) -> Option<[f64; 2]> {
 /// Returns the direction in which a trunk joins the main river at a node, given the direction `through` of that river.
 /// The trunk joins at an acute angle and from its own bank, even where the main river swings to that side; it joins
 /// straight if it comes from ahead.
-fn joining(nodes: &Look, id: NodeId, to: NodeId, through: [f64; 2]) -> [f64; 2] {
+fn joining(nodes: &Look, id: NodeId, to: NodeId, through: DVec2) -> DVec2 {
     let below = nodes.drained(to);
     let straight = way(nodes, id, to);
-    let main = below.main.map_or(through.map(|part| -part), |main| way(nodes, to, main));
+    let main = below.main.map_or(-through, |main| way(nodes, to, main));
     let after = below.to.map_or(through, |next| way(nodes, to, next));
     // To tell the bank, turn round the node from the outgoing way: the trunk lies on one bank if it comes before the
     // main river, and on the other bank if after.
-    let is_right = |from: [f64; 2], to: [f64; 2]| cross(from, to) > 0.0;
-    let back = straight.map(|part| -part);
+    let is_right = |from: DVec2, to: DVec2| from.perp_dot(to) > 0.0;
+    let back = -straight;
     let (right, main_right) = (is_right(after, back), is_right(after, main));
     let before = if right == main_right { is_right(back, main) } else { right };
     let side = if before { -1.0 } else { 1.0 };
-    let forward = dot(unit(straight), through).max(0.0);
+    let forward = unit(straight).dot(through).max(0.0);
     let aslant = between(straight, through, forward);
-    if forward > 0.0 && side * cross(through, aslant) < LEAST_JOIN {
-        between(through, [-through[1], through[0]], side * LEAST_JOIN)
+    if forward > 0.0 && side * through.perp_dot(aslant) < LEAST_JOIN {
+        between(through, through.perp(), side * LEAST_JOIN)
     } else {
         aslant
     }
 }
 
-fn way(nodes: &Look, from: NodeId, to: NodeId) -> [f64; 2] {
+fn way(nodes: &Look, from: NodeId, to: NodeId) -> DVec2 {
     nodes.node(to).at.from(nodes.node(from).at)
 }
 
 /// Returns the direction of a way turned towards another: with a share of 1, by half of the angle between them.
-fn between(way: [f64; 2], other: [f64; 2], share: f64) -> [f64; 2] {
-    let (way, other) = (unit(way), unit(other));
-    unit([0, 1].map(|axis| way[axis] + share * other[axis]))
-}
-
-fn unit(way: [f64; 2]) -> [f64; 2] {
-    way.map(|part| part / length(way).max(1e-9))
+fn between(way: DVec2, other: DVec2, share: f64) -> DVec2 {
+    unit(unit(way) + share * unit(other))
 }
 
 /// Evaluates Hermite's cubic from the origin to a place, with tangents at both ends. Shorter tangents make it
 /// straighter, but keep its directions at the ends.
-fn hermite(to: [f64; 2], [start, end]: [[f64; 2]; 2], t: f64) -> [f64; 2] {
+fn hermite(to: DVec2, [start, end]: [DVec2; 2], t: f64) -> DVec2 {
     let (t2, t3) = (t * t, t * t * t);
     let (leave, go, arrive) = (t3 - 2.0 * t2 + t, 3.0 * t2 - 2.0 * t3, t3 - t2);
-    [0, 1].map(|axis| start[axis] * leave + to[axis] * go + end[axis] * arrive)
+    start * leave + to * go + end * arrive
 }
 
 /// Returns places of a curve that are equally far apart along it, both ends included. The curve's parameter runs from 0
 /// to 1.
-fn even(segments: usize, curve: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+fn even(segments: usize, curve: impl Fn(f64) -> DVec2) -> Vec<DVec2> {
     // Straight pieces a segment that approximate the curve to measure its length.
     const PIECES: usize = 4;
     let pieces = PIECES * segments;
-    let places: Vec<[f64; 2]> = (0..=pieces).map(|piece| curve(piece as f64 / pieces as f64)).collect();
+    let places: Vec<DVec2> = (0..=pieces).map(|piece| curve(piece as f64 / pieces as f64)).collect();
     let come = come_along(&places);
     let mut piece = 0;
     let inner = (1..segments).map(|step| {
@@ -175,7 +173,7 @@ fn even(segments: usize, curve: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
             piece += 1;
         }
         let share = (wanted - come[piece]) / (come[piece + 1] - come[piece]).max(1e-9);
-        [0, 1].map(|axis| places[piece][axis] + (places[piece + 1][axis] - places[piece][axis]) * share)
+        places[piece].lerp_monotonic(places[piece + 1], share)
     });
     std::iter::once(places[0]).chain(inner).chain([places[pieces]]).collect()
 }
@@ -193,9 +191,9 @@ pub fn bend_share(fields: &Fields, drained: &Drained, from: Point, to: Point) ->
         // The trunk ends in a bay, whose shores are closer to each other than a curve is to its chord.
         return 0.0;
     }
-    let bulge_m = BULGE * length(way) * fields.metres_a_grain();
+    let bulge_m = BULGE * way.length() * fields.metres_a_grain();
     let shares = || (1..PLACES).map(|place| place as f64 / PLACES as f64);
-    let place = |share: f64| from.moved(way.map(|part| part * share * drained.sea_at.unwrap_or(1.0)));
+    let place = |share: f64| from.moved(way * share * drained.sea_at.unwrap_or(1.0));
     let inlands_m = fields.inlands_m(&shares().map(place).collect::<Vec<_>>());
     // The room at a place relative to the bulge of a parabola there.
     let room = |(share, inland_m): (f64, f64)| inland_m / (4.0 * share * (1.0 - share) * bulge_m);
@@ -210,11 +208,11 @@ pub fn too_close(trunk: &[Knot], other: &[Knot], joint: Point) -> bool {
     let (trunk, other) = (places(trunk), places(other));
     let (trunk_lines, other_lines) = (lines(&trunk, STEP), lines(&other, STEP));
     let crosses = |line: &LineSegment| other_lines.iter().any(|other| line.crosses(other));
-    let whole = length(trunk[0]).max(length(trunk[trunk.len() - 1]));
+    let whole = trunk[0].length().max(trunk[trunk.len() - 1].length());
     // Near the node all trunks are close together, so the least distance grows with the distance from the node.
-    let beside = |place: &[f64; 2]| {
-        let way = length(*place);
-        let is_near = |line: &LineSegment| line.touches(*place, APART * way) && line.distance(*place) < APART * way;
+    let beside = |place: &DVec2| {
+        let (at, way) = (place.to_array(), place.length());
+        let is_near = |line: &LineSegment| line.touches(at, APART * way) && line.distance(at) < APART * way;
         way > APART_FROM * whole && other_lines.iter().any(is_near)
     };
     trunk_lines.iter().any(crosses) || trunk.iter().step_by(STEP).any(beside)

@@ -15,6 +15,8 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
 use super::grain_point::{AROUND, Point, chance};
 use crate::hash::Draw;
@@ -201,7 +203,7 @@ impl Trunks {
         let place = |id: NodeId| {
             let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
             let corner = Point { x: id.0 * side, y: id.1 * side };
-            corner.moved([offset(0) * side as f64, offset(1) * side as f64])
+            corner.moved(DVec2::new(offset(0), offset(1)) * side as f64)
         };
         let places: Vec<Point> = nodes_of(patch).map(place).collect();
         let node = |(at, potential)| TrunkNode { at, potential, sea: potential < self.fields.sea_potential() };

@@ -77,7 +77,7 @@ impl Columns {
         let in_metres = |grains: [f64; 2]| pair(grains.map(|grains| grains * metres));
         // Inexact if the origin is far. Before a block is measured, places are replaced by those relative to its own
         // corner.
-        let [from, along] = [segment.from, segment.along].map(in_metres);
+        let [from, along] = [segment.from, segment.along].map(|way| in_metres(way.into()));
         let [level, cross, lean] = [segment.level_m, segment.cross, segment.lean].map(pair);
         let [trough, flood_plain, riser] = [segment.trough, segment.flood_plain, segment.riser].map(in_metres);
         let least_m = LEAST_HALF_WIDTH * GRAINS as f64 * metres;

@@ -7,10 +7,12 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use crate::area::{Area, Stride};
 use crate::fluvial::fields::Fields;
 use crate::fluvial::grain_point::{GRAINS, Point};
-use crate::geometry::length;
+use crate::geometry::bilinear;
 use crate::hash::{self, Stream};
 use crate::memory::{Memory, Remembers};
 use crate::noise::{Fractal, FractalKind, FractalSpec};
@@ -38,6 +40,11 @@ pub struct Displaced {
 }
 
 impl Displaced {
+    /// Returns the metres by which a node is displaced, given its number in the order of the area's vertices.
+    pub fn displacement_m(&self, index: usize) -> DVec2 {
+        DVec2::new(self.metres[0][index].into(), self.metres[1][index].into())
+    }
+
     /// Returns the least and the greatest displacement in metres of the nodes of a part, east and south.
     pub fn extremes(&self, part: Area) -> [[f32; 2]; 2] {
         const LANES: usize = 8;
@@ -121,9 +128,9 @@ impl Warp {
     /// Returns the rectangle of the network's plane in which the nodes of an area are read, those past its edges
     /// included.
     pub fn input(&self, area: Area, step: i64) -> [Point; 2] {
-        let pad = self.most_m().map(|metres| (metres / self.spacing_m * GRAINS as f64).ceil());
+        let pad = (DVec2::from(self.most_m()) / self.spacing_m * GRAINS as f64).ceil();
         let [low, high] = [(area.x0, area.y0), (area.x1, area.y1)].map(|(x, y)| Point::at_vertex(x * step, y * step));
-        [low.moved(pad.map(|grains| -grains)), high.moved(pad)]
+        [low.moved(-pad), high.moved(pad)]
     }
 
     /// Greatest displacement in metres, east and south.
@@ -163,31 +170,24 @@ impl WarpPoints<'_> {
         const STEPS: usize = 40;
         const SHORTEST: f64 = 1.0 / 64.0;
         const LEAST_AREA: f64 = 1.0 / 64.0;
-        let missing = |world: Point, by: [f64; 2]| {
-            let off = network.from(world);
-            [off[0] - by[0], off[1] - by[1]]
-        };
+        let missing = |world: Point, by: DVec2| network.from(world) - by;
         let mut by = self.at(world);
         let mut left = missing(world, by);
         for _ in 0..STEPS {
             // The derivatives: how the displaced point changes one vertex east and one vertex south of here.
             let vertex = GRAINS as f64;
-            let [east, south] = [[vertex, 0.0], [0.0, vertex]].map(|step| {
-                let there = self.at(world.moved(step));
-                [0, 1].map(|axis| (step[axis] + there[axis] - by[axis]) / vertex)
-            });
+            let [east, south] =
+                [DVec2::X, DVec2::Y].map(|axis| (axis * vertex + self.at(world.moved(axis * vertex)) - by) / vertex);
             // A least determinant, so that no step leaves the world where the plane is nearly folded.
-            let area = (east[0] * south[1] - east[1] * south[0]).max(LEAST_AREA);
-            let way =
-                [(south[1] * left[0] - south[0] * left[1]) / area, (east[0] * left[1] - east[1] * left[0]) / area];
+            let area = east.perp_dot(south).max(LEAST_AREA);
+            let way = DVec2::new(left.perp_dot(south), east.perp_dot(left)) / area;
             // Shorten the step while the whole step would overshoot.
             let shares = std::iter::successors(Some(1.0), |share| Some(share / 2.0));
-            let nexts =
-                shares.take_while(|share| *share >= SHORTEST).map(|share| world.moved(way.map(|part| part * share)));
+            let nexts = shares.take_while(|share| *share >= SHORTEST).map(|share| world.moved(way * share));
             let nearer = nexts.take_while(|next| *next != world).find_map(|next| {
                 let by = self.at(next);
                 let still = missing(next, by);
-                (length(still) < length(left)).then_some((next, by, still))
+                (still.length() < left.length()).then_some((next, by, still))
             });
             let Some(nearer) = nearer else { break };
             (world, by, left) = nearer;
@@ -196,7 +196,7 @@ impl WarpPoints<'_> {
     }
 
     /// Returns the displacement in grains of any point, interpolated between the four vertices around it.
-    fn at(&mut self, point: Point) -> [f64; 2] {
+    fn at(&mut self, point: Point) -> DVec2 {
         let vertex = (point.x.div_euclid(GRAINS), point.y.div_euclid(GRAINS));
         let patch = (vertex.0.div_euclid(PATCH), vertex.1.div_euclid(PATCH));
         let side = PATCH as usize + 1;
@@ -210,14 +210,9 @@ impl WarpPoints<'_> {
         };
         let first = (vertex.1.rem_euclid(PATCH) as usize) * side + vertex.0.rem_euclid(PATCH) as usize;
         let [u, v] = [point.x, point.y].map(|grains| grains.rem_euclid(GRAINS) as f64 / GRAINS as f64);
-        metres.each_ref().map(|metres| {
-            let row = |first: usize| {
-                let (west, east) = (metres[first] as f64, metres[first + 1] as f64);
-                west + (east - west) * u
-            };
-            let (north, south) = (row(first), row(first + side));
-            (north + (south - north) * v) / self.warp.spacing_m * GRAINS as f64
-        })
+        let corners = [first, first + 1, first + side, first + side + 1];
+        let metres = metres.each_ref().map(|metres| bilinear(corners.map(|corner| metres[corner].into()), [u, v]));
+        DVec2::from(metres) / self.warp.spacing_m * GRAINS as f64
     }
 }
 

@@ -1,5 +1,7 @@
 //! Water: cuts beds into the land, and fills in rivers, lakes and the sea.
 
+use glam::DVec2;
+
 use super::fields::{Fields, river_depth_m};
 use super::grain_point::{GRAINS, Point};
 use super::segment::{Segment, Segments};
@@ -9,7 +11,7 @@ use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
 use crate::area::Area;
-use crate::geometry::{LineSegment, cross, lerp};
+use crate::geometry::{LineSegment, lerp};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 use crate::stop;
@@ -290,18 +292,17 @@ impl<'a> FillWater<'a> {
     /// Returns the bounds of the displaced nodes of a block, in the plane of the network.
     fn bounds(&self, block: Area) -> Bounds {
         let displaced =
-            self.nodes.extremes(block).map(|metres| metres.map(|m| m as f64 / self.fields.metres_a_grain()));
+            self.nodes.extremes(block).map(|metres| DVec2::from(metres.map(f64::from)) / self.fields.metres_a_grain());
         let place =
             |x: i64, y: i64| Point::at_vertex(x * self.nodes.step, y * self.nodes.step).from(self.segments.origin);
         let corners = [place(block.x0, block.y0), place(block.x1 - 1, block.y1 - 1)];
-        let [low, high] = [0, 1].map(|end| sum([corners[end], displaced[end]]));
-        Bounds { low, high }
+        Bounds { low: corners[0] + displaced[0], high: corners[1] + displaced[1] }
     }
 
     /// Returns the place of a node in grains east and south of the segments' origin, and its displacement by the warp.
-    fn place(&self, at: [i64; 2], index: usize) -> [[f64; 2]; 2] {
+    fn place(&self, at: [i64; 2], index: usize) -> [DVec2; 2] {
         let vertex = Point::at_vertex(at[0] * self.nodes.step, at[1] * self.nodes.step).from(self.segments.origin);
-        [vertex, [0, 1].map(|axis| self.nodes.metres[axis][index] as f64 / self.fields.metres_a_grain())]
+        [vertex, self.nodes.displacement_m(index) / self.fields.metres_a_grain()]
     }
 
     #[inline]
@@ -315,8 +316,8 @@ impl<'a> FillWater<'a> {
         let is_lake = own.is_some_and(|own| (land_m as f64) < own.pool_m && lowest_m == land_m);
         let lake = is_lake.then(|| &self.segments.all[number]);
         let is_near = own.is_some_and(|own| self.valleys.distance_m[index] <= own.widest_m);
-        let place = if wet.is_empty() { [[0.0; 2]; 2] } else { self.place(at, index) };
-        let displaced = sum(place);
+        let place = if wet.is_empty() { [DVec2::ZERO; 2] } else { self.place(at, index) };
+        let displaced = (place[0] + place[1]).into();
         let holds = |wet: &&WetSegment| wet.line.touches(displaced, wet.reach);
         let mut wet = wet.iter().filter(holds).map(|wet| wet.number as usize).peekable();
         if is_near || wet.peek().is_some() {
@@ -431,7 +432,7 @@ impl<'a> FillWater<'a> {
     fn channel(
         &self,
         index: usize,
-        [vertex, displaced]: [[f64; 2]; 2],
+        [vertex, displaced]: [DVec2; 2],
         least_half_m: f32,
         wet: impl Iterator<Item = usize>,
     ) -> Option<NearestChannel> {
@@ -450,11 +451,11 @@ impl<'a> FillWater<'a> {
         for number in wet {
             let segment = &self.segments.all[number];
             // The difference is exact whatever the origin, except for the last sum, so all windows find the same place.
-            let off = [0, 1].map(|axis| (vertex[axis] - segment.from[axis]) + displaced[axis]);
+            let off = (vertex - segment.from) + displaced;
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
             if distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.least_m3s {
-                let side = cross(segment.along, off).signum() as f32;
+                let side = segment.along.perp_dot(off).signum() as f32;
                 let depth_m = bed.depth_m(distance_m, side * bed.bend, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
                 if lowest.is_none_or(|(lowest_m, _)| floor_m < lowest_m) {
@@ -499,7 +500,7 @@ fn block(area: Area, [column, row]: [i64; 2]) -> Area {
 fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut impl FnMut([i64; 2], &[WetSegment])) {
     let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
     let (middle, half) = bounds_of_part.middle_and_half();
-    let holds = |wet: &WetSegment| wet.line.touches(middle, wet.reach + half);
+    let holds = |wet: &WetSegment| wet.line.touches(middle.into(), wet.reach + half);
     let wet: Vec<WetSegment> = wet.iter().copied().filter(holds).collect();
     if part.len() == 1 {
         return take([part.x0, part.y0], &wet);
@@ -512,29 +513,23 @@ fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut 
 /// The bounding box of places.
 #[derive(Clone, Copy)]
 struct Bounds {
-    low: [f64; 2],
-    high: [f64; 2],
+    low: DVec2,
+    high: DVec2,
 }
 
 impl Bounds {
     /// The bounding box of no place.
-    const NONE: Bounds = Bounds { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+    const NONE: Bounds = Bounds { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
 
     fn hull(self, other: Bounds) -> Bounds {
-        let low = [0, 1].map(|axis| self.low[axis].min(other.low[axis]));
-        Bounds { low, high: [0, 1].map(|axis| self.high[axis].max(other.high[axis])) }
+        Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// Returns the middle, and half of the longer side.
-    fn middle_and_half(self) -> ([f64; 2], f64) {
-        let half = [0, 1].map(|axis| (self.high[axis] - self.low[axis]) / 2.0);
-        ([0, 1].map(|axis| self.low[axis] + half[axis]), half[0].max(half[1]))
+    fn middle_and_half(self) -> (DVec2, f64) {
+        let half = (self.high - self.low) / 2.0;
+        (self.low + half, half.max_element())
     }
-}
-
-/// Adds a place and its displacement.
-fn sum([place, displaced]: [[f64; 2]; 2]) -> [f64; 2] {
-    [place[0] + displaced[0], place[1] + displaced[1]]
 }
 
 /// Returns ground without water.
@@ -579,9 +574,8 @@ mod tests {
                 if !is_bar {
                     continue;
                 }
-                let metres =
-                    [0, 1].map(|axis| f64::from(nodes.metres[axis][index]) / fluvial.fields().metres_a_grain());
-                let place = Point::at_vertex(x, y).moved(metres).from(trunk.knots[0].at);
+                let displaced = nodes.displacement_m(index) / fluvial.fields().metres_a_grain();
+                let place = Point::at_vertex(x, y).moved(displaced).from(trunk.knots[0].at);
                 let nearest = own.iter().min_by(|a, b| a.nearest(place).1.total_cmp(&b.nearest(place).1)).unwrap();
                 let (share, square) = nearest.nearest(place);
                 // A vertex of another river that joins here.
@@ -589,8 +583,10 @@ mod tests {
                     continue;
                 }
                 bars += 1;
-                let off = [0, 1].map(|axis| place[axis] - nearest.from[axis]);
-                assert!(cross(nearest.along, off) * lerp(nearest.bend, share) > 0.0, "outside of a bend at {x}, {y}");
+                assert!(
+                    nearest.along.perp_dot(place - nearest.from) * lerp(nearest.bend, share) > 0.0,
+                    "outside of a bend at {x}, {y}"
+                );
                 assert!(square.sqrt() > 0.4 * lerp(nearest.river, share), "in the middle of the river at {x}, {y}");
                 assert!(water.bed.at(x, y) && water.depth_m.at(x, y) == 0.0);
             }

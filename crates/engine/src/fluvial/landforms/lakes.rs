@@ -4,7 +4,7 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::Fluvial;
 use crate::fluvial::channel::Knot;
-use crate::fluvial::grain_point::Point;
+use crate::fluvial::grain_point::{Point, padded};
 use crate::fluvial::lake::{Hollow, NO_LAKE};
 use crate::fluvial::landforms::contour::{contours, twice_area};
 use crate::geometry::LineSegment;
@@ -52,7 +52,7 @@ impl Lake {
         let looks = (0..MOST_LOOKS).map(|look| half_width * f64::from(1 << look));
         let mut seen = None;
         for pad in looks {
-            let area = fluvial.area_in_world([low.moved([-pad; 2]), high.moved([pad; 2])]);
+            let area = fluvial.area_in_world(padded([low, high], pad));
             let depths = depths(fluvial, area, middle)?;
             let ends = border(area).all(|(x, y)| depths.at(x, y) < 0.0);
             seen = Some(depths);
