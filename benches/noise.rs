@@ -51,9 +51,9 @@ fn main() {
             contestants.push(Contestant { name: format!("{what} {}", level.name()), work, best_ns: f64::INFINITY });
         };
         let (ridged, fbm, warped, warp_m) = (ridged.clone(), fbm.clone(), ridged.clone(), warp_m.clone());
-        add("ridged", Box::new(move |out| ridged.fill_at(level, AREA, out)));
-        add("fbm", Box::new(move |out| fbm.fill_at(level, AREA, out)));
-        add("warped", Box::new(move |out| warped.fill_warped_at(level, AREA, &warp_m, &warp_m, out)));
+        add("ridged", Box::new(move |out| ridged.fill_at(level, AREA, None, out)));
+        add("fbm", Box::new(move |out| fbm.fill_at(level, AREA, None, out)));
+        add("warped", Box::new(move |out| warped.fill_at(level, AREA, Some([&warp_m, &warp_m]), out)));
     }
     let mut out = vec![0.0; VERTICES];
     for _ in 0..ROUNDS {

@@ -191,10 +191,10 @@ impl Gullies {
             stop::check();
             if let Some(noise) = &octave.patches {
                 patches.resize(len, 0.0);
-                noise.fill(area, &mut patches);
+                noise.fill(area, None, &mut patches);
             }
             dispatch(Across { fall: &fall, across: &mut across });
-            octave.stripes.fill(area, &across[0], &across[1], &mut crest, &mut flank);
+            octave.stripes.fill(area, &across, &mut crest, &mut flank);
             dispatch(CarveOctave {
                 octave,
                 hillside,
@@ -209,7 +209,7 @@ impl Gullies {
         for depth_m in &self.unseen_m {
             dispatch(CarveMean { depth_m: *depth_m, hillside, carved: &mut carved });
         }
-        self.roughness.fill(area, &mut crest);
+        self.roughness.fill(area, None, &mut crest);
         dispatch(Roughen { rough_m: self.rough_m, hillside, noise: &crest, carved: &mut carved });
         height_m.copy_from_slice(&carved);
     }

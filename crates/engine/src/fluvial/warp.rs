@@ -116,7 +116,7 @@ impl Warp {
         let mut metres = [vec![0.0; area.len()], vec![0.0; area.len()]];
         if let Some(axes) = self.axes.get(step.trailing_zeros() as usize) {
             for (fractal, metres) in axes.iter().zip(&mut metres) {
-                fractal.fill(area, metres);
+                fractal.fill(area, None, metres);
                 for metres in metres {
                     *metres *= self.distance_m;
                 }

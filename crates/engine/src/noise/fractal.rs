@@ -94,49 +94,47 @@ impl Fractal {
         self.bounds
     }
 
-    /// Returns the largest displacement along an axis, in metres, that [`Fractal::fill_warped`] accepts: 1024
+    /// Returns the largest displacement along an axis, in metres, that [`Fractal::fill`] accepts: 1024
     /// wavelengths of the finest octave. Further away, a float cannot place a vertex precisely enough within a cell.
     pub fn max_warp_m(&self) -> f32 {
         self.max_warp_m
     }
 
-    /// Fills `out` with the values at the vertices of `area`, row by row from the north.
+    /// Fills `out` with the values at the vertices of `area`, row by row from the north; with `warp`, each vertex is
+    /// displaced by so many metres east and south.
     ///
-    /// # Panics
-    /// If `out` has not as many elements as the area has vertices.
-    pub fn fill(&self, area: Area, out: &mut [f32]) {
-        assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
-        self.run(None, area, None, out);
-    }
-
-    /// Fills `out` with the values at the vertices of `area`, each displaced by metres east and south.
-    ///
-    /// All octaves are computed vertex by vertex, so with a displacement of zero the values differ slightly from those
-    /// of [`Fractal::fill`].
+    /// Where vertices are displaced, all octaves are computed vertex by vertex, so with a displacement of zero the
+    /// values differ slightly from those without.
     ///
     /// # Panics
     /// If a slice has not as many elements as the area has vertices, or a displacement is beyond
     /// [`Fractal::max_warp_m`] or not a number.
-    pub fn fill_warped(&self, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
-        let warp = self.checked_warp(area, dx_m, dy_m, out.len());
-        self.run(None, area, Some(warp), out);
+    pub fn fill(&self, area: Area, warp: Option<[&[f32]; 2]>, out: &mut [f32]) {
+        self.run(None, area, warp, out);
     }
 
     /// Does the same as [`Fractal::fill`] at a given SIMD level: for tests and benchmarks.
-    pub fn fill_at(&self, level: Level, area: Area, out: &mut [f32]) {
-        assert_eq!(out.len(), area.width() * area.height(), "one value for each vertex of the area");
-        self.run(Some(level), area, None, out);
-    }
-
-    /// Does the same as [`Fractal::fill_warped`] at a given SIMD level: for tests and benchmarks.
-    pub fn fill_warped_at(&self, level: Level, area: Area, dx_m: &[f32], dy_m: &[f32], out: &mut [f32]) {
-        let warp = self.checked_warp(area, dx_m, dy_m, out.len());
-        self.run(Some(level), area, Some(warp), out);
+    pub fn fill_at(&self, level: Level, area: Area, warp: Option<[&[f32]; 2]>, out: &mut [f32]) {
+        self.run(Some(level), area, warp, out);
     }
 
     /// Runs the kernel of this fractal's kind, at the given SIMD level or the best one. Each kind has a kernel of its
     /// own: one for all kinds would be a function so large that only an optimising compiler copes with it.
-    fn run(&self, level: Option<Level>, area: Area, warp: Option<Displacement<'_>>, out: &mut [f32]) {
+    fn run(&self, level: Option<Level>, area: Area, warp: Option<[&[f32]; 2]>, out: &mut [f32]) {
+        let vertices = area.width() * area.height();
+        assert!(
+            out.len() == vertices && warp.iter().flatten().all(|metres| metres.len() == vertices),
+            "one value and one displacement for each vertex of the area"
+        );
+        // Counting takes a tenth of the time of a search that stops at the first hit. NaN counts as too far.
+        let too_far = |metres: &&[f32]| {
+            metres.iter().map(|metres| u32::from(metres.is_nan() || metres.abs() > self.max_warp_m)).sum::<u32>()
+        };
+        assert!(
+            warp.iter().flatten().map(too_far).sum::<u32>() == 0,
+            "a displacement is more than {} m, or not a number",
+            self.max_warp_m
+        );
         match self.kind {
             FractalKind::Fbm => self.run_kind::<Fbm>(level, area, warp, out),
             FractalKind::Ridged { .. } => self.run_kind::<Ridged>(level, area, warp, out),
@@ -145,30 +143,12 @@ impl Fractal {
         }
     }
 
-    fn run_kind<F: Fold>(&self, level: Option<Level>, area: Area, warp: Option<Displacement<'_>>, out: &mut [f32]) {
+    fn run_kind<F: Fold>(&self, level: Option<Level>, area: Area, warp: Option<[&[f32]; 2]>, out: &mut [f32]) {
         let fill = FractalFill::<F> { fractal: self, area, warp, out, kind: PhantomData };
         match level {
             Some(level) => simd::dispatch_at(level, fill),
             None => simd::dispatch(fill),
         }
-    }
-
-    fn checked_warp<'a>(&self, area: Area, dx_m: &'a [f32], dy_m: &'a [f32], values: usize) -> Displacement<'a> {
-        let vertices = area.width() * area.height();
-        assert!(
-            values == vertices && dx_m.len() == vertices && dy_m.len() == vertices,
-            "one value and one displacement for each vertex of the area"
-        );
-        // Counting takes a tenth of the time of a search that stops at the first hit. NaN counts as too far.
-        let too_far = |displacements: &[f32]| {
-            displacements.iter().map(|d| u32::from(d.is_nan() || d.abs() > self.max_warp_m)).sum::<u32>()
-        };
-        assert!(
-            too_far(dx_m) + too_far(dy_m) == 0,
-            "a displacement is more than {} m, or not a number",
-            self.max_warp_m
-        );
-        Displacement { dx_m, dy_m }
     }
 }
 
@@ -198,18 +178,12 @@ impl Octave {
     }
 }
 
-/// Displacements of the vertices of an area, in metres.
-#[derive(Clone, Copy)]
-struct Displacement<'a> {
-    dx_m: &'a [f32],
-    dy_m: &'a [f32],
-}
-
 /// The kernel that fills an area.
 struct FractalFill<'a, F> {
     fractal: &'a Fractal,
     area: Area,
-    warp: Option<Displacement<'a>>,
+    /// Displacements of the vertices in metres, east and south.
+    warp: Option<[&'a [f32]; 2]>,
     out: &'a mut [f32],
     kind: PhantomData<F>,
 }
@@ -269,10 +243,10 @@ impl<F: Fold> FractalFill<'_, F> {
             (x + part.columns.start as i64 - self.area.x0) as usize,
         );
         let width = self.area.width();
-        if let Some(warp) = self.warp {
+        if let Some([dx_m, dy_m]) = self.warp {
             for (row, start) in part.rows.clone().zip((first.0 * width + first.1..).step_by(width)) {
-                scratch.dx_m.set_row::<S>(row, part, &warp.dx_m[start..]);
-                scratch.dy_m.set_row::<S>(row, part, &warp.dy_m[start..]);
+                scratch.dx_m.set_row::<S>(row, part, &dx_m[start..]);
+                scratch.dy_m.set_row::<S>(row, part, &dy_m[start..]);
             }
         }
         // Octave by octave, so that an octave looks up its lattice points once for the whole block.

@@ -14,7 +14,7 @@
 
 use super::lattice::{cell, fixed_point, fraction, hash, origin};
 use crate::area::Area;
-use crate::simd::{self, Kernel, Level, MAX_LANES, Simd};
+use crate::simd::{self, Kernel, MAX_LANES, Simd};
 use std::ops::Range;
 
 /// Columns and rows of a block. Blocks are aligned with the world, so a vertex has the same bits in every area, and
@@ -120,46 +120,30 @@ impl Stripes {
     /// Fills in the wave of the stripes at the vertices of `area`, row by row from the north: `crest` is its cosine,
     /// `flank` its sine, both from -1 to 1, apart from rounding errors of a millionth.
     ///
-    /// `across_x` and `across_y` are the unit vector, east and south, across the stripes at each vertex: the phase
-    /// grows in its direction. A shorter vector makes longer waves; with (0, 0) all phases are those of the pivots,
-    /// which gives blotches. Components must be within -1000 and 1000, or values may be NaN.
+    /// `across` is the unit vector, east and south, across the stripes at each vertex: the phase grows in its direction.
+    /// A shorter vector makes longer waves; with (0, 0) all phases are those of the pivots, which gives blotches.
+    /// Components must be within -1000 and 1000, or values may be NaN.
     ///
     /// # Panics
     /// If a slice does not have as many elements as the area has vertices.
-    pub fn fill(&self, area: Area, across_x: &[f32], across_y: &[f32], crest: &mut [f32], flank: &mut [f32]) {
-        simd::dispatch(self.checked(area, across_x, across_y, crest, flank));
+    pub fn fill(&self, area: Area, across: &[Vec<f32>; 2], crest: &mut [f32], flank: &mut [f32]) {
+        simd::dispatch(self.filling(area, across, crest, flank));
     }
 
-    /// Does the same as [`Stripes::fill`] at a given SIMD level: for tests and benchmarks.
-    ///
-    /// # Panics
-    /// As [`Stripes::fill`], and if this CPU lacks the level.
-    pub fn fill_at(
-        &self,
-        level: Level,
-        area: Area,
-        across_x: &[f32],
-        across_y: &[f32],
-        crest: &mut [f32],
-        flank: &mut [f32],
-    ) {
-        simd::dispatch_at(level, self.checked(area, across_x, across_y, crest, flank));
-    }
-
-    fn checked<'a>(
+    /// Returns the kernel that does so.
+    fn filling<'a>(
         &'a self,
         area: Area,
-        across_x: &'a [f32],
-        across_y: &'a [f32],
+        across: &'a [Vec<f32>; 2],
         crest: &'a mut [f32],
         flank: &'a mut [f32],
     ) -> StripesFill<'a> {
         let vertices = if area.is_empty() { 0 } else { area.len() };
         assert!(
-            [across_x.len(), across_y.len(), crest.len(), flank.len()] == [vertices; 4],
+            [across[0].len(), across[1].len(), crest.len(), flank.len()] == [vertices; 4],
             "one direction and one value for each vertex of the area"
         );
-        StripesFill { stripes: self, area, across_x, across_y, crest, flank }
+        StripesFill { stripes: self, area, across, crest, flank }
     }
 }
 
@@ -167,8 +151,7 @@ impl Stripes {
 struct StripesFill<'a> {
     stripes: &'a Stripes,
     area: Area,
-    across_x: &'a [f32],
-    across_y: &'a [f32],
+    across: &'a [Vec<f32>; 2],
     crest: &'a mut [f32],
     flank: &'a mut [f32],
 }
@@ -358,8 +341,8 @@ impl StripesFill<'_> {
         let zero = simd.splat(0.0);
         // There are never more rows, but this tells the compiler that no index is out of range.
         for row in 0..rows.min(GROUP_ROWS) {
-            let across_x = load_part(simd, &self.across_x[at..], &lanes) * turns;
-            let across_y = load_part(simd, &self.across_y[at..], &lanes) * turns;
+            let across_x = load_part(simd, &self.across[0][at..], &lanes) * turns;
+            let across_y = load_part(simd, &self.across[1][at..], &lanes) * turns;
             let mut sum = WaveSum { weight: zero, sine2: zero, both: zero };
             for pivot in reaching {
                 // Past its reach the weight is exactly zero, and so is all that the pivot adds.
@@ -453,6 +436,7 @@ fn store_part<S: Simd>(simd: S, value: S::F32, to: &mut [f32], lanes: &Range<usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Level;
 
     /// Areas of the tests: at the origin, at negative coordinates, at 10^12, and 2^50 vertices away.
     const PLACES: [(i64, i64); 4] =
@@ -482,7 +466,7 @@ mod tests {
     fn filled(stripes: &Stripes, level: Level, area: Area, across: &[Vec<f32>; 2]) -> [Vec<f32>; 2] {
         let mut waves = [vec![f32::NAN; area.len()], vec![f32::NAN; area.len()]];
         let [crest, flank] = &mut waves;
-        stripes.fill_at(level, area, &across[0], &across[1], crest, flank);
+        simd::dispatch_at(level, stripes.filling(area, across, crest, flank));
         waves
     }
 

@@ -33,7 +33,7 @@ fn area(x0: i64, y0: i64, width: i64, height: i64) -> Area {
 
 fn filled(fractal: &Fractal, level: Level, area: Area) -> Vec<f32> {
     let mut out = vec![f32::NAN; area.width() * area.height()];
-    fractal.fill_at(level, area, &mut out);
+    fractal.fill_at(level, area, None, &mut out);
     out
 }
 
@@ -55,7 +55,7 @@ fn displacements(area: Area, reach_m: f32) -> (Vec<f32>, Vec<f32>) {
 fn filled_warped(fractal: &Fractal, level: Level, area: Area, reach_m: f32) -> Vec<f32> {
     let (dx_m, dy_m) = displacements(area, reach_m);
     let mut out = vec![f32::NAN; area.width() * area.height()];
-    fractal.fill_warped_at(level, area, &dx_m, &dy_m, &mut out);
+    fractal.fill_at(level, area, Some([&dx_m, &dy_m]), &mut out);
     out
 }
 
@@ -256,7 +256,7 @@ fn no_value_leaves_the_bounds_and_some_come_near() {
                 let fractal = Fractal::new(&spec, 1.0, seed);
                 for (x, y) in PLACES {
                     let mut values = vec![0.0; 100 * 100];
-                    fractal.fill(area(x, y, 100, 100), &mut values);
+                    fractal.fill(area(x, y, 100, 100), None, &mut values);
                     low = values.iter().copied().fold(low, f32::min);
                     high = values.iter().copied().fold(high, f32::max);
                 }
@@ -340,7 +340,7 @@ fn is_as_smooth_far_away_as_at_the_origin() {
             Fractal::new(&FractalSpec { octaves: 2, wavelength_m: 140.0, ..thesis(FractalKind::Fbm) }, 1.0, 5);
         let side = 512;
         let mut values = vec![0.0; side * side];
-        fractal.fill(area(x, y, side as i64, side as i64), &mut values);
+        fractal.fill(area(x, y, side as i64, side as i64), None, &mut values);
         let mut sums = [0.0_f64; 4];
         let mut largest = [0.0_f64; 4];
         for row in 1..side - 1 {
@@ -372,7 +372,7 @@ fn is_as_smooth_far_away_as_at_the_origin() {
 #[should_panic(expected = "a displacement is more than")]
 fn refuses_a_displacement_that_is_not_a_number() {
     let fractal = Fractal::new(&thesis(FractalKind::Fbm), 1.0, 1);
-    fractal.fill_warped(area(0, 0, 2, 1), &[0.0, f32::NAN], &[0.0, 0.0], &mut [0.0; 2]);
+    fractal.fill(area(0, 0, 2, 1), Some([&[0.0, f32::NAN], &[0.0, 0.0]]), &mut [0.0; 2]);
 }
 
 #[test]

@@ -87,10 +87,9 @@ impl StridedFractal {
     /// Computes the values at the nodes of an area into `out`, at positions displaced by metres if `displaced` is
     /// given.
     pub fn fill(&self, area: Area, displaced: Option<[&[f32]; 2]>, out: &mut [f32]) {
-        match (&self.shown, displaced) {
-            (Some(fractal), Some([east, south])) => fractal.fill_warped(area, east, south, out),
-            (Some(fractal), None) => fractal.fill(area, out),
-            (None, _) => out.fill(0.0),
+        match &self.shown {
+            Some(fractal) => fractal.fill(area, displaced, out),
+            None => out.fill(0.0),
         }
         let Some(Mean { scale, shift }) = self.mean else { return };
         let (low, high) = self.bounds;
@@ -110,7 +109,7 @@ impl Mean {
             let at = Area::new(x, y, 1, 1);
             let value = |fractal: &Fractal| {
                 let mut value = [0.0];
-                fractal.fill(at, &mut value);
+                fractal.fill(at, None, &mut value);
                 f64::from(value[0])
             };
             pairs.push([left.map_or(0.0, value), value(whole)]);

@@ -57,16 +57,7 @@ impl Material {
 
     /// Returns the name in files.
     pub const fn name(self) -> &'static str {
-        match self {
-            Material::Grass => "grass",
-            Material::Dirt => "dirt",
-            Material::Rock => "rock",
-            Material::Sand => "sand",
-            Material::Snow => "snow",
-            Material::Forest => "forest",
-            Material::Scree => "scree",
-            Material::Wetland => "wetland",
-        }
+        ["grass", "dirt", "rock", "sand", "snow", "forest", "scree", "wetland"][self as usize]
     }
 }
 

@@ -49,17 +49,7 @@ impl TilePart {
 
     /// Returns the name in lists and in the registry.
     pub const fn name(self) -> &'static str {
-        match self {
-            TilePart::Heights => "heights",
-            TilePart::Normals => "normals",
-            TilePart::Blend => "blend",
-            TilePart::Water => "water",
-            TilePart::Depth => "depth",
-            TilePart::Flow => "flow",
-            TilePart::Beds => "beds",
-            TilePart::Lines => "lines",
-            TilePart::Sites => "sites",
-        }
+        ["heights", "normals", "blend", "water", "depth", "flow", "beds", "lines", "sites"][self as usize]
     }
 }
 

@@ -86,7 +86,7 @@ impl GroundSurroundings {
         let ragged = rule.ragged.as_ref()?;
         let mut noise = Grid::filled(area, 0.0);
         if let Some(fractal) = &ragged.noise {
-            fractal.fill(area, noise.values_mut());
+            fractal.fill(area, None, noise.values_mut());
         }
         let none = || Grid::filled(area, 0.0);
         Some(GroundSurroundings {
