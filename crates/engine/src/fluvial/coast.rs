@@ -7,6 +7,8 @@ use super::fields::{COAST_STEP, Fields};
 use super::grain_point::Point;
 use super::hillsides::Hillsides;
 use super::warp::Displaced;
+use crate::area::Area;
+use crate::grid::Grid;
 
 /// Nodes a side of a block. The coarse lattice is read for one block at a time. A block is small enough that whole
 /// blocks far inland and far out at sea can be skipped, and large enough that a point of the lattice serves several
@@ -25,42 +27,32 @@ fn cell(coarse: i64, at: i64, by: f32) -> (i64, f32) {
     (own + whole as i64, steps - whole)
 }
 
-/// A window of the coarse lattice: distances inland of its points, in metres.
-struct CoastWindow {
-    first: [i64; 2],
-    columns: usize,
-    inland_m: Vec<f32>,
+/// Reads the distances inland in metres at the corners of the cells of the coarse lattice from `first` to `last`. With
+/// `is_far`, nodes are so far apart that trunks do not show.
+fn inland_m(fields: &Fields, (coarse, is_far): (i64, bool), first: [i64; 2], last: [i64; 2]) -> Grid<f32> {
+    let mut window = Grid::filled(Area { x0: first[0], y0: first[1], x1: last[0] + 2, y1: last[1] + 2 }, 0.0);
+    let steps = coarse / COAST_STEP;
+    let points: Vec<(i64, i64)> = window.area().vertices().map(|(i, j)| (i * steps, j * steps)).collect();
+    let vertices = || points.iter().map(|(i, j)| Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
+    let inland_m: Vec<f64> = match steps {
+        1 => fields.inlands_of_lattice_m(points).collect(),
+        _ if is_far => fields.inlands_m(&vertices().collect::<Vec<_>>()),
+        // No channel reads points of this coarser lattice, so they are not cached.
+        _ => fields.find_inlands_of_lattice_m(&points),
+    };
+    for (value, inland_m) in window.values_mut().iter_mut().zip(inland_m) {
+        *value = inland_m as f32;
+    }
+    window
 }
 
-impl CoastWindow {
-    /// Reads the window that holds the cells from `first` to `last`, corners included. With `is_far`, nodes are so far
-    /// apart that trunks do not show.
-    fn new(fields: &Fields, (coarse, is_far): (i64, bool), first: [i64; 2], last: [i64; 2]) -> CoastWindow {
-        let [columns, lines] = [0, 1].map(|axis| (last[axis] - first[axis] + 2) as usize);
-        let place = |n: usize| ((first[0] + (n % columns) as i64), (first[1] + (n / columns) as i64));
-        let steps = coarse / COAST_STEP;
-        let points: Vec<(i64, i64)> = (0..columns * lines).map(place).map(|(i, j)| (i * steps, j * steps)).collect();
-        let vertices = || points.iter().map(|(i, j)| Point::at_vertex(i * COAST_STEP, j * COAST_STEP));
-        let inland_m: Vec<f64> = match steps {
-            1 => fields.inlands_of_lattice_m(points).collect(),
-            _ if is_far => fields.inlands_m(&vertices().collect::<Vec<_>>()),
-            // No channel reads points of this coarser lattice, so they are not cached.
-            _ => fields.find_inlands_of_lattice_m(&points),
-        };
-        CoastWindow { first, columns, inland_m: inland_m.into_iter().map(|metres| metres as f32).collect() }
-    }
-
-    /// Returns the distance inland of a place in a cell.
-    fn at(&self, (i, u): (i64, f32), (j, v): (i64, f32)) -> f32 {
-        let (i, j) = ((i - self.first[0]) as usize, (j - self.first[1]) as usize);
-        // A row too far would be out of bounds; a column too far would silently read the next row.
-        assert!(i + 1 < self.columns, "the window does not hold the cell of a node");
-        let first = j * self.columns + i;
-        let north = self.inland_m[first] + (self.inland_m[first + 1] - self.inland_m[first]) * u;
-        let below = &self.inland_m[first + self.columns..];
-        let south = below[0] + (below[1] - below[0]) * u;
-        north + (south - north) * v
-    }
+/// Interpolates the values of such a window at a place in a cell.
+fn interpolated(window: &Grid<f32>, (i, u): (i64, f32), (j, v): (i64, f32)) -> f32 {
+    let [north, south] = [j, j + 1].map(|j| {
+        let row = window.row(j, i, i + 2);
+        row[0] + (row[1] - row[0]) * u
+    });
+    north + (south - north) * v
 }
 
 /// Distance in vertices between the points of the lattice that nodes `step` vertices apart read: their own distance, if
@@ -104,17 +96,17 @@ pub fn heights(
             }
             highest_m = highest_m.max(land_m[index]);
         }
-        let window = CoastWindow::new(fields, (coarse, is_far), first, last);
+        let window = inland_m(fields, (coarse, is_far), first, last);
         // The coast rises inland. A skipped block's coast lies above its land everywhere, so skipping changes nothing,
         // whichever nodes share the block.
-        let nearest_m = window.inland_m.iter().fold(f32::INFINITY, |a, b| a.min(*b));
+        let nearest_m = window.values().iter().fold(f32::INFINITY, |a, b| a.min(*b));
         if hillsides.rest.is_none() && fields.coast_m(nearest_m) >= highest_m {
             continue;
         }
         any = true;
         for (index, at) in indices() {
             let [column, row] = cells(index, at);
-            let inland_m = window.at(column, row);
+            let inland_m = interpolated(&window, column, row);
             let edge_m = fields.coast_m(inland_m);
             // The mean height that brooks on their way to the sea leave of the land's edge.
             let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
@@ -130,7 +122,6 @@ pub fn heights(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::area::Area;
     use crate::fluvial::valley;
     use crate::preset::Preset;
 
