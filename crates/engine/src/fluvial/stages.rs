@@ -179,6 +179,6 @@ impl Fluvial {
             least_m3s: self.fields.spring_m3s().max(self.fields.discharge_m3s(self.detail.least_area)),
             cuts_narrow: self.stride == 1,
         };
-        FillWater::new(&self.fields, &self.lift, rivers, segments, nodes, valleys, coast_m).with(skerries)
+        FillWater::new((&self.fields, &self.lift), rivers, segments, nodes, valleys, coast_m, skerries)
     }
 }

@@ -70,11 +70,11 @@ pub fn input(area: Area) -> Area {
 /// The rivers that are shown.
 #[derive(Clone, Copy, Debug)]
 pub struct ShownRivers {
-    /// Metres between nodes.
+    /// Metres between nodes. A river is at least as wide as that, so that it is unbroken.
     pub spacing_m: f32,
     /// Discharge in cubic metres a second from which on a channel holds a river.
     pub least_m3s: f64,
-    /// True if rivers narrower than the spacing of nodes are cut into the land too.
+    /// True if rivers narrower than the spacing of nodes are cut into the land too. At coarse strides they are not.
     pub cuts_narrow: bool,
 }
 
@@ -83,12 +83,7 @@ pub struct FillWater<'a> {
     fields: &'a Fields,
     lift: &'a Lift,
     skerries: Option<AreaSkerries<'a>>,
-    /// Metres between nodes. A river is at least as wide as that, so that it is unbroken.
-    spacing_m: f32,
-    /// True if rivers narrower than the spacing are cut into the land. At coarse strides they are not.
-    cuts_narrow: bool,
-    /// Discharge in cubic metres a second from which on a channel holds water.
-    least_m3s: f64,
+    rivers: ShownRivers,
     segments: &'a Segments,
     nodes: &'a Displaced,
     valleys: &'a Valleys,
@@ -210,19 +205,18 @@ struct NearestChannel {
 impl<'a> FillWater<'a> {
     /// Prepares the stage for the nodes of an area, given their land without water.
     pub fn new(
-        fields: &'a Fields,
-        lift: &'a Lift,
+        (fields, lift): (&'a Fields, &'a Lift),
         rivers: ShownRivers,
         segments: &'a Segments,
         nodes: &'a Displaced,
         valleys: &'a Valleys,
         coast_m: Option<&'a [f32]>,
+        skerries: Option<AreaSkerries<'a>>,
     ) -> FillWater<'a> {
-        let ShownRivers { spacing_m, least_m3s, cuts_narrow } = rivers;
-        let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * spacing_m);
+        let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * rivers.spacing_m);
         let beds: Vec<SegmentBed> =
             segments.all.iter().map(|segment| SegmentBed::new(fields, segment, brook_m[1])).collect();
-        let is_wet = |bed: &SegmentBed| lerp(bed.discharge_m3s, 1.0) >= least_m3s;
+        let is_wet = |bed: &SegmentBed| lerp(bed.discharge_m3s, 1.0) >= rivers.least_m3s;
         // One grain more allows for rounding: the reach only selects segments for an exact test.
         let reach = |bed: &SegmentBed| {
             let half_m = bed.half_m[0].max(bed.half_m[0] + bed.half_m[1]);
@@ -240,22 +234,14 @@ impl<'a> FillWater<'a> {
             sea_m: fields.sea_level_m() as f32,
             fields,
             lift,
-            skerries: None,
-            spacing_m,
-            cuts_narrow,
-            least_m3s,
+            skerries,
+            rivers,
             segments,
             nodes,
             valleys,
             coast_m,
             brook_m,
         }
-    }
-
-    /// Adds skerries off the coast.
-    #[must_use]
-    pub fn with(self, skerries: Option<AreaSkerries<'a>>) -> FillWater<'a> {
-        FillWater { skerries, ..self }
     }
 
     /// Returns heights and water of an area, whose [`input`] must lie within the nodes.
@@ -353,7 +339,7 @@ impl<'a> FillWater<'a> {
     fn river_depth_m(&self, place: NearestChannel, least_half_m: f32) -> f32 {
         let NearestChannel { segment, share, distance_m, side } = place;
         let bed = self.beds[segment].at(share);
-        let is_river = distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.least_m3s;
+        let is_river = distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.rivers.least_m3s;
         if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
@@ -385,7 +371,7 @@ impl<'a> FillWater<'a> {
         let surface_m = self.lift.at(level_m) as f32;
         let in_bed = distance_m <= half_m.max(least_half_m);
         let ground_m = self.lift.at(lowest_m as f64) as f32;
-        let is_line = half_m < least_half_m && !self.cuts_narrow;
+        let is_line = half_m < least_half_m && !self.rivers.cuts_narrow;
         let river_bed = || {
             if is_line {
                 return ground_m;
@@ -396,7 +382,7 @@ impl<'a> FillWater<'a> {
             // bed dug there would end in a pit.
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
-        let wet = discharge_m3s >= self.least_m3s;
+        let wet = discharge_m3s >= self.rivers.least_m3s;
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // Water in a bed cut into the sea's floor belongs to the sea. The river keeps its way open through whatever
@@ -454,7 +440,7 @@ impl<'a> FillWater<'a> {
             let off = (vertex - segment.from) + displaced;
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
-            if distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.least_m3s {
+            if distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.rivers.least_m3s {
                 let side = segment.along.perp_dot(off).signum() as f32;
                 let depth_m = bed.depth_m(distance_m, side * bed.bend, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;
@@ -475,12 +461,12 @@ impl<'a> FillWater<'a> {
         let Displaced { area, step, metres } = self.nodes;
         // In a survey, nodes lie further apart than the vertices whose beds they have.
         let node_m = *step as f32 * (GRAINS as f64 * self.fields.metres_a_grain()) as f32;
-        let share = self.spacing_m / node_m;
+        let share = self.rivers.spacing_m / node_m;
         let width = area.width();
         let around = [(index - 1, [-1.0, 0.0]), (index + 1, [1.0, 0.0])];
         let around = around.into_iter().chain([(index - width, [0.0, -1.0]), (index + width, [0.0, 1.0])]);
         let ways = around.map(|(other, vertices)| {
-            let way = [0, 1].map(|axis| vertices[axis] * self.spacing_m);
+            let way = [0, 1].map(|axis| vertices[axis] * self.rivers.spacing_m);
             let warped = metres.each_ref().map(|metres| (metres[other] - metres[index]) * share);
             let [x, y] = [way[0] + warped[0], way[1] + warped[1]];
             x * x + y * y
