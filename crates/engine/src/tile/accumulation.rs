@@ -12,7 +12,7 @@ use std::f32::consts::FRAC_1_SQRT_2;
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::simd::{Kernel, Simd, dispatch};
+use crate::simd::{Kernel, Simd, dispatch, starts};
 
 /// Number of steps from vertex to vertex for which water is followed.
 pub(super) const STEPS: usize = 64;
@@ -61,41 +61,30 @@ impl Kernel for Part<'_> {
         let (zero, one, least) = (simd.splat(0.0), simd.splat(1.0), simd.splat(f32::MIN_POSITIVE));
         for y in y0..y1 {
             let levels = [y - 1, y, y + 1].map(|y| self.levels_m.row(y, x0 - 1, x1 + 1));
-            let rows = self.shares.each_mut().map(|share| share.row_mut(y, x0, x1));
-            let mut at = 0;
-            while at < width {
-                // The last vector overlaps the one before: the same values are written again.
-                let from = at.min(width - S::LANES);
-                at += S::LANES;
+            let mut rows = self.shares.each_mut().map(|share| share.row_mut(y, x0, x1));
+            for from in starts(width, S::LANES) {
                 let here = simd.load(&levels[1][from + 1..]);
                 let mut falls = [zero; 8];
                 let mut steepest = zero;
-                let mut way = 0;
-                while way < 8 {
-                    let [east, south] = WAYS[way];
+                for (way, [east, south]) in WAYS.into_iter().enumerate() {
                     let there = simd.load(&levels[(south + 1) as usize][from + (east + 1) as usize..]);
                     let scale = if east != 0 && south != 0 { FRAC_1_SQRT_2 } else { 1.0 };
                     falls[way] = simd.max((here - there) * simd.splat(scale), zero);
                     steepest = simd.max(steepest, falls[way]);
-                    way += 1;
                 }
                 // Relative to the steepest slope, so that no power underflows.
                 let whole = simd.max(steepest, least);
                 let mut sum = zero;
-                way = 0;
-                while way < 8 {
-                    let share = falls[way] / whole;
+                for fall in &mut falls {
+                    let share = *fall / whole;
                     let square = share * share;
-                    falls[way] = square * square;
-                    sum = sum + falls[way];
-                    way += 1;
+                    *fall = square * square;
+                    sum = sum + *fall;
                 }
                 // The steepest way adds 1 to the sum; if no way goes down, all shares are 0.
                 let sum = simd.max(sum, one);
-                way = 0;
-                while way < 8 {
-                    simd.store(falls[way] / sum, &mut rows[way][from..]);
-                    way += 1;
+                for (way, row) in rows.iter_mut().enumerate() {
+                    simd.store(falls[way] / sum, &mut row[from..]);
                 }
             }
         }
@@ -125,17 +114,11 @@ impl Kernel for Step<'_> {
                 sent[way] = self.shares[7 - way].row(y + south, x0 + east, x1 + east);
             }
             let to = self.to.row_mut(y, x0, x1);
-            let mut at = 0;
-            while at < width {
-                let from = at.min(width - S::LANES);
-                at += S::LANES;
+            for from in starts(width, S::LANES) {
                 let mut drained = one;
-                let mut way = 0;
-                while way < 8 {
-                    let [east, south] = WAYS[way];
+                for (way, [east, south]) in WAYS.into_iter().enumerate() {
                     let there = simd.load(&rows[(south + 1) as usize][from + (east + 1) as usize..]);
                     drained = drained + there * simd.load(&sent[way][from..]);
-                    way += 1;
                 }
                 simd.store(drained, &mut to[from..]);
             }

@@ -5,7 +5,7 @@ use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
 use crate::lines::Imprint;
 use crate::preset::ground::GroundSettings;
-use crate::simd::{Kernel, Simd, dispatch};
+use crate::simd::{Kernel, Simd, dispatch, starts};
 use crate::tile::Normals;
 use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness, wetland_share};
 use crate::tile::surroundings::{self, GroundSurroundings};
@@ -228,10 +228,7 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
             };
             let ground = self.blend.ground.row_mut(y, x0, x1);
             let cover = self.blend.cover.row_mut(y, x0, x1);
-            let mut at = 0;
-            while at < width {
-                // The last vector overlaps the one before: the same values are written again.
-                let from = at.min(width - S::LANES);
+            for from in starts(width, S::LANES) {
                 let height = simd.load(&heights[from..]);
                 let south = simd.load(&souths[from..]);
                 let steepness = steepness(simd, simd.load(&ups[from..]), rule);
@@ -267,7 +264,6 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
                 let word = (grass | simd.shl::<8>(dirt)) | (simd.shl::<16>(rock) | simd.shl::<24>(sand));
                 simd.store_u32(word, &mut ground[from..]);
                 simd.store_u32(cover_word, &mut cover[from..]);
-                at += S::LANES;
             }
         }
     }

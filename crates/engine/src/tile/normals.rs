@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::simd::{Kernel, Simd, dispatch};
+use crate::simd::{Kernel, Simd, dispatch, starts};
 
 /// Returns the area of heights that the normals of an area depend on.
 pub(super) const fn input(area: Area) -> Area {
@@ -100,10 +100,7 @@ impl Kernel for CentralDifferences<'_> {
             let to_up = self.normals.up.row_mut(y, x0, x1);
             let to_south = self.normals.south.row_mut(y, x0, x1);
             let to_slope = self.normals.slope.row_mut(y, x0, x1);
-            let mut at = 0;
-            while at < width {
-                // The last vector overlaps the one before: the same values are written again.
-                let from = at.min(width - S::LANES);
+            for from in starts(width, S::LANES) {
                 let rise_east = (simd.load(&middle[from + 2..]) - simd.load(&middle[from..])) * scale;
                 let rise_south = (simd.load(&south[from..]) - simd.load(&north[from..])) * scale;
                 let square = rise_east * rise_east + rise_south * rise_south;
@@ -112,7 +109,6 @@ impl Kernel for CentralDifferences<'_> {
                 simd.store(up, &mut to_up[from..]);
                 simd.store(-rise_south * up, &mut to_south[from..]);
                 simd.store(simd.sqrt(square), &mut to_slope[from..]);
-                at += S::LANES;
             }
         }
     }

@@ -7,7 +7,7 @@
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::land::{Water, WaterKind};
-use crate::simd::{Kernel, Simd, dispatch};
+use crate::simd::{Kernel, Simd, dispatch, starts};
 use crate::tile::rule::{GroundRule, clamp, ramp, steepness};
 
 /// Steps of the rounds in vertices, and the distance that they cover together.
@@ -157,9 +157,7 @@ impl Kernel for Rock<'_> {
             let middle = self.heights.row(y, x0 - 1, x1 + 1);
             let south = self.heights.row(y + 1, x0, x1);
             let to = self.to.row_mut(y, x0, x1);
-            let mut at = 0;
-            while at < width {
-                let from = at.min(width - S::LANES);
+            for from in starts(width, S::LANES) {
                 // The same arithmetic as for normals, to the last bit: rock then has exactly as much rubble as its own
                 // share.
                 let rise_east = (simd.load(&middle[from + 2..]) - simd.load(&middle[from..])) * scale;
@@ -168,7 +166,6 @@ impl Kernel for Rock<'_> {
                 let bare = ramp(simd, steepness(simd, up, self.rule), self.rule.rock);
                 simd.store(bare, &mut to[from..]);
                 most = simd.max(most, bare);
-                at += S::LANES;
             }
         }
         simd.any(simd.lt(zero, most))
@@ -220,16 +217,11 @@ impl<const DOWNHILL: bool> Kernel for SpreadRound<'_, DOWNHILL> {
             let froms = rows.map(|y| self.from.row(y, x0 - pad, x1 + pad));
             let levels = rows.map(|y| self.levels_m.row(y, x0 - pad, x1 + pad));
             let to = self.to.row_mut(y, x0, x1);
-            let mut at = 0;
-            while at < width {
-                let first = at.min(width - S::LANES);
-                at += S::LANES;
+            for first in starts(width, S::LANES) {
                 let mut most = simd.load(&froms[1][first + step..]);
                 let mut around = most;
-                let mut neighbour = 0;
-                while neighbour < 9 {
+                for neighbour in 0..9 {
                     around = simd.max(around, simd.load(&froms[neighbour / 3][first + neighbour % 3 * step..]));
-                    neighbour += 1;
                 }
                 // Most places get nothing from anywhere, and no vertex has less than 0.
                 if !simd.any(simd.lt(zero, around)) {
@@ -237,10 +229,8 @@ impl<const DOWNHILL: bool> Kernel for SpreadRound<'_, DOWNHILL> {
                     continue;
                 }
                 let here_m = simd.load(&levels[1][first + step..]);
-                let mut neighbour = 0;
-                while neighbour < 9 {
+                for neighbour in 0..9 {
                     let (row, column) = (neighbour / 3, neighbour % 3);
-                    neighbour += 1;
                     if row == 1 && column == 1 {
                         continue;
                     }
