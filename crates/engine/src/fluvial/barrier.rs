@@ -12,7 +12,7 @@ use super::channel::{Channel, Mouth, ways};
 use super::fields::Fields;
 use super::grain_point::{Point, chance};
 use super::point_noise::{PointField, PointNoise};
-use super::segment::{Segment, Segments, downstream};
+use super::segment::{Segment, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
@@ -195,7 +195,7 @@ impl Barriers {
         let (sea_m, metres) = (fields.sea_level_m(), fields.metres_a_grain());
         let wet = channel.knots.iter().position(|knot| fields.is_drowned(knot.at, knot.level_m))?;
         let shore = ways(&channel.knots)[wet];
-        let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way)?));
+        let at = |way: f64| Some(channel.at(channel.down(way)?));
         // As far out as the valley still has sides.
         let away = |part: usize| lerp([AWAY_M[1], AWAY_M[0] - AWAY_M[1]], part as f64 / TRIES as f64);
         let ways = (0..=TRIES).map(|part| shore + away(part) / metres);

@@ -12,12 +12,13 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::channel::{Channel, CrossSection, Knot};
+use super::cross_section::measured;
 use super::fields::Fields;
 use super::grain_point::{GRAINS, Point, chance, padded};
 use super::lake::NO_LAKE;
 use super::meander::meander_width;
 use super::plane::{come_along, lines, unit};
-use super::segment::{LEVEL, measured};
+use super::segment::LEVEL;
 use super::trunk_lattice::NodeId;
 use crate::geometry::{LineSegment, smooth};
 use crate::hash::{self, Draw};

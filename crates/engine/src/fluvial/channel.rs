@@ -101,7 +101,7 @@ pub struct Channel {
     /// For a branch, the distance in grains from it beyond which its sides do not matter, because its trunk has the
     /// land beyond. Infinite for other channels.
     pub near: f64,
-    /// The cross-section at each knot, once the channel has been [measured](super::segment::measured).
+    /// The cross-section at each knot, once the channel has been [measured](super::cross_section::measured).
     pub sections: Vec<CrossSection>,
     bounds: [Point; 2],
 }
@@ -169,6 +169,26 @@ impl Channel {
             Some(next) => self.knots[knot].towards(next, share),
             None => self.knots[knot],
         }
+    }
+
+    /// Returns the place some grains down the channel from its head; `None` past the channel's end.
+    pub fn down(&self, grains: f64) -> Option<ChannelPlace> {
+        self.downstream((0, 0.0), grains)
+    }
+
+    /// Returns the place some grains downstream of another; `None` past the channel's end.
+    pub fn downstream(&self, (mut knot, mut t): ChannelPlace, mut grains: f64) -> Option<ChannelPlace> {
+        while let [here, next, ..] = &self.knots[knot..] {
+            let whole = here.at.distance(next.at);
+            let left = (1.0 - t) * whole;
+            // Two knots may be at one place.
+            if grains <= left && whole > 0.0 {
+                return Some((knot, t + grains / whole));
+            }
+            grains -= left;
+            (knot, t) = (knot + 1, 0.0);
+        }
+        None
     }
 
     /// Returns the half width in grains of the river at a place, once the channel has been measured.

@@ -12,7 +12,7 @@ use glam::DVec2;
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::grain_point::{Point, chance};
-use super::segment::{LEVEL, Segments, downstream};
+use super::segment::{LEVEL, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
@@ -155,7 +155,7 @@ impl Glaciers {
         if long * metres < LONG_M[0] {
             return None;
         }
-        let front = channel.at(downstream(channel, (0, 0.0), long)?).at;
+        let front = channel.at(channel.down(long)?).at;
         let chord = front.from(head.at);
         let long_m = chord.length() * metres;
         let wide_m = f64::from(channel.sections[0].trough) * metres;
@@ -163,7 +163,7 @@ impl Glaciers {
         let (mut floor_m, mut ice_m) = ([0.0; PARTS + 1], [0.0; PARTS + 1]);
         for part in 0..=PARTS {
             let share = part as f64 / PARTS as f64;
-            let place = downstream(channel, (0, 0.0), share * long * (1.0 - 1e-9))?;
+            let place = channel.down(share * long * (1.0 - 1e-9))?;
             floor_m[part] = channel.at(place).level_m;
             // The ice thins towards its front, ever faster.
             ice_m[part] = floor_m[part] + thick_m * (1.0 - share * share).sqrt();

@@ -22,14 +22,14 @@
 //! stage reads to make an area.
 //!
 //! The modules, in the order of that diagram: `point_noise`, `potential`, `fields` and `strata_and_ceiling` hold the
-//! laws. `trunk_lattice` is the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course` make
-//! their lines, `lake` their lakes, and `branches` their oxbows and side arms. `tributary_course`, `tributary_bed` and
-//! `tributary` make all other channels, and `network` finds channels and their `segment`s by place. `warp`, `valley`,
-//! `valley_side`, `hillsides`, `gullies`, the `stamp`s (`moraine`, `barrier` and `glacier`), `coast`, `skerries`,
-//! `breach` and `water` make rasters of them, as `stages` asks for them in the `detail` that nodes can show. `rivers`
-//! and `strahler` know whole rivers, and `survey` measures the land for planning roads. At coarse strides,
-//! `brook_relief` is the mean relief of brooks too fine to show, and `node_means` averages finer nodes where even
-//! trunks are too fine.
+//! laws. `trunk_lattice` is the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course`
+//! make their lines, `lake` their lakes, and `branches` their oxbows and side arms. `tributary_course`, `tributary_bed`
+//! and `tributary` make all other channels; `bed_cut` lowers the beds of all. `network` finds channels with their
+//! `cross_section`s and `segment`s by place. `warp`, `valley`, `valley_side`, `hillsides`, `gullies`, the `stamp`s
+//! (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them, as `stages`
+//! asks for them in the `detail` that nodes can show. `rivers` and `strahler` know whole rivers, and `survey` measures
+//! the land for planning roads. At coarse strides, `brook_relief` is the mean relief of brooks too fine to show, and
+//! `node_means` averages finer nodes where even trunks are too fine.
 
 pub mod settings;
 pub mod grain_point;
@@ -43,6 +43,8 @@ mod meander;
 pub mod trunk_lattice;
 pub mod channel;
 pub mod segment;
+pub mod cross_section;
+mod bed_cut;
 mod segments_above;
 mod barrier;
 mod lake;

@@ -12,7 +12,7 @@ use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
 use super::grain_point::{Point, chance};
 use super::point_noise::{PointField, PointNoise};
-use super::segment::{LEVEL, Segments, downstream};
+use super::segment::{LEVEL, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
@@ -185,7 +185,7 @@ impl Moraines {
                 continue;
             }
             let lean = |way: &f64| {
-                let place = downstream(channel, (0, 0.0), *way);
+                let place = channel.down(*way);
                 place.map_or(f32::INFINITY, |(knot, _)| channel.sections[knot].lean)
             };
             let tries = (0..TRIES).map(|part| (stretch as f64 + luck(3 + part)) / stretches * long);
@@ -206,7 +206,7 @@ impl Moraines {
     /// Returns the half width in metres of the level part of the floor `way` grains down a channel, if moraines can lie
     /// there.
     fn floor_m(&self, channel: &Channel, way: f64) -> Option<f64> {
-        let (knot, _) = downstream(channel, (0, 0.0), way)?;
+        let (knot, _) = channel.down(way)?;
         let section = &channel.sections[knot];
         let floor_m = LEVEL * f64::from(section.trough) * self.fields.metres_a_grain();
         let is_wide = floor_m >= FLOOR_M[0].max(LEAST_FLOOR * self.fields.spacing_m()) && floor_m <= FLOOR_M[1];
@@ -224,7 +224,7 @@ impl Moraines {
     ) -> Option<Moraine> {
         let metres = self.fields.metres_a_grain();
         let radius_m = RADIUS * floor_m;
-        let at = |way: f64| Some(channel.at(downstream(channel, (0, 0.0), way.max(0.0))?));
+        let at = |way: f64| Some(channel.at(channel.down(way.max(0.0))?));
         let knot = at(way)?;
         let unit = |way: DVec2| way / way.length().max(1.0);
         let front = at(way + radius_m / metres)?.at;

@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::channel::{Channel, ChannelPlace, CrossSection, Knot};
-use super::fields::{Fields, across};
+use super::channel::{Channel, CrossSection};
+use super::fields::Fields;
 use super::grain_point::{GRAINS, Point};
 use super::lake;
-use super::meander::meander_width;
-use crate::geometry::{LineSegment, lerp, smooth};
+use crate::geometry::{LineSegment, lerp};
 use crate::memory::heap_bytes;
 
 /// The straight segments of the channels around a place, in a fixed order.
@@ -85,21 +84,6 @@ pub struct Segment {
 heap_bytes!(Segment);
 heap_bytes!(Segments: channels, all);
 
-/// Least slope of a valley's floor across the channel, as a multiple of the river's slope along it.
-///
-/// On a flatter floor, a vertex of the bed would belong to a place further downstream, whose floor is hardly higher
-/// there: the vertex would count as land, and interrupt the brook.
-const LEAN: f64 = 3.0;
-
-/// Least ratio of a floor's cross slope to its bed's slope upstream. With a smaller one, a bed that rises in a step
-/// would come to lie on the floor below the step. It is larger than the factor by which the sides of steep beds are
-/// gentler across.
-const ABOVE_OWN: f64 = 1.5;
-
-/// Largest slope of a floor, as a share of its side's slope: beside steep brooks the floor is almost as steep as the
-/// side.
-pub const MOST_LEAN: f64 = 0.95;
-
 /// Share of the half width of a valley's floor that is level across, apart from its lean. The rest is the rounded foot
 /// of the side. Chosen by eye.
 pub(super) const LEVEL: f64 = 0.7;
@@ -110,36 +94,6 @@ pub(super) const LEVEL: f64 = 0.7;
 pub(super) const LEVEE: f64 = 0.25;
 pub(super) const LEVEE_RISES: f64 = 0.3;
 pub(super) const LEVEE_FALLS: f64 = 0.05;
-
-/// Largest slope of a river that runs down the side of another valley, as a share of that side's slope: the river cuts
-/// into the side, and is not lost on it. Chosen by eye.
-pub const INCISION: f64 = 0.65;
-
-/// Least fall from knot to knot of a bed that is cut into the side of another valley, in metres, and in metres a metre.
-/// From one vertex to the next it is large enough for heights in `f32` to show it.
-const LEAST_FALL_M: f64 = 0.01;
-const LEAST_FALL: f64 = 1e-4;
-
-/// Distance in grains between the places at which a bed is compared with the sides of other valleys, about: eight
-/// vertices.
-const LONGEST_CUT: f64 = (8 * GRAINS) as f64;
-
-/// Number of knots of a bed that are compared with the sides of other valleys together.
-const CUT_RUN: usize = 8;
-
-/// Width of a river where it is straight, and in a sharp bend, as shares of the usual width for its discharge. Chosen
-/// by eye.
-const STRAIGHT: f64 = 0.9;
-const BENT: f64 = 1.2;
-
-/// Distance upstream and downstream of a place, in widths of the river, whose directions are compared to measure a
-/// bend; and the sine of the angle between them in a sharp bend, one with a radius of three widths.
-const BEND_WIDTHS: f64 = 1.25;
-const SINE: f64 = 0.4;
-
-/// Distance in widths of the river from each end of a trunk, from its lakes and from the sea within which it takes on
-/// its usual width.
-const END_WIDTHS: f64 = 4.0;
 
 /// Distance to which the side of a channel without brooks goes on, as a multiple of the distance to the next channel of
 /// its level.
@@ -444,94 +398,7 @@ impl Circle {
     }
 }
 
-/// Returns a channel, whose knots are final, with the cross-sections at them.
-pub fn measured(fields: &Fields, channel: Channel) -> Channel {
-    let bends = bends(fields, &channel);
-    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot, &bends[knot])).collect();
-    channel.with_sections(sections)
-}
-
-/// Returns the cross-section at a knot of a channel, given the bend there.
-fn section(fields: &Fields, channel: &Channel, knot: usize, bend: &Bend) -> CrossSection {
-    let Knot { at, area, level_m, .. } = channel.knots[knot];
-    let steep = steepness(fields, channel, knot);
-    let trough = fields.trough(channel.id.0, area, level_m);
-    let upstream = steepest_upstream(fields, channel, knot, trough);
-    let (share, riser_m) = fields.terrace(at, area);
-    // A lake has drowned its terraces.
-    let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
-    let riser_m = if is_lake { 0.0 } else { riser_m };
-    CrossSection {
-        cross: across(steep) as f32,
-        lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
-        trough: trough as f32,
-        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
-        flood_plain: (share * LEVEL * trough) as f32,
-        riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
-        bend: bend.turn as f32,
-    }
-}
-
-/// The effect of a bend on a river.
-#[derive(Clone)]
-struct Bend {
-    /// Width of the river, as a share of the usual width for its discharge.
-    broad: f64,
-    /// Sharpness of the bend: 1 for the sharpest to the right, -1 for the sharpest to the left.
-    turn: f64,
-}
-
-/// Returns the bend of a channel's river at each of its knots. Only trunks have bends, and are broader in them.
-fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
-    let knots = &channel.knots;
-    let none = Bend { broad: 1.0, turn: 0.0 };
-    // A channel of two knots is straight. This is checked first, because finding the ends takes longer.
-    if channel.id.0 > 0 || knots.len() == 2 {
-        return vec![none; knots.len()];
-    }
-    // Lakes and the sea count as ends, too.
-    let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
-    let ends: Vec<bool> = knots.iter().map(is_end).collect();
-    let bend = |knot: usize| {
-        let Knot { at: here, area, .. } = knots[knot];
-        if ends[knot] {
-            return none.clone();
-        }
-        let width = meander_width(fields, area);
-        let others = |number: usize| (&knots[number], ends[number]);
-        let way_up = ahead(here, (0..knot).rev().map(others), width);
-        let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);
-        let ([before, after], come) = ([way_up.0, way_down.0], way_up.1.min(way_down.1));
-        // The vector `before` leads back upstream, so the cross product of a turn to the right has the opposite sign.
-        let sine = -before.perp_dot(after) / (before.length() * after.length()).max(1e-9);
-        let sharp = smooth((sine.abs() / SINE).min(1.0));
-        // At its ends a trunk has the usual width and no bend, so that it matches the next trunk.
-        let inner = smooth((come / (END_WIDTHS * width)).min(1.0));
-        let broad = 1.0 + (STRAIGHT + (BENT - STRAIGHT) * sharp - 1.0) * inner;
-        Bend { broad, turn: (sharp * inner).copysign(sine) }
-    };
-    (0..knots.len()).map(bend).collect()
-}
-
-/// Returns the offset from a place to the point of the channel that is as many grains ahead as a bend is measured over;
-/// and the distance to the next end, as far as it matters. The channel runs through `knots`, each with whether it is an
-/// end.
-fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: f64) -> (DVec2, f64) {
-    let (bend, most) = (BEND_WIDTHS * width, END_WIDTHS * width);
-    let (mut come, mut last, mut place) = (0.0, from, DVec2::ZERO);
-    for (knot, is_end) in knots {
-        let way = knot.at.from(last);
-        let long = way.length();
-        place += way * ((bend - come) / long.max(1e-9)).clamp(0.0, 1.0);
-        (come, last) = (come + long, knot.at);
-        if come >= most || is_end {
-            break;
-        }
-    }
-    (place, come)
-}
-
-/// Returns the segments of a [measured] channel that has this number, without those of no length and those whose ends
+/// Returns the segments of a [measured](super::cross_section::measured) channel that has this number, without those of no length and those whose ends
 /// are not `wanted`.
 pub fn segments_of(
     fields: &Fields,
@@ -580,160 +447,13 @@ pub fn segments_of(
     })
 }
 
-/// Returns the slope of a channel's bed at a knot, as a share of the hillside's slope. The hillside's slope is that of
-/// the steepest line on it, of which the slope along the bed is one part and that across the channel the other.
-fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
-    let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
-    let way_m = above.at.distance(below.at) * fields.metres_a_grain();
-    (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
-}
-
-/// Returns the steepest slope from a knot to those upstream within the width of its floor, as a share of the hillside's
-/// slope; near the mouth, also the slope towards the channel that this one joins.
-///
-/// Trunks are never so much steeper further up that it matters, except where they fall from a delta into the sea.
-fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f64) -> f64 {
-    if channel.id.0 == 0 && channel.knots[knot].level_m >= fields.sea_level_m() {
-        return 0.0;
-    }
-    let last = channel.knots.len() - 1;
-    let (here, next, mouth) = (&channel.knots[knot], &channel.knots[last.min(knot + 1)], &channel.knots[last]);
-    // If the floor comes to lie beside the joined channel before the next knot, that channel must not lie on the floor
-    // either.
-    let joined = if next.at.distance(mouth.at) < trough { channel.joined_slope } else { 0.0 };
-    let (mut steepest, mut before) = (joined, [0.0; 2]);
-    for above in channel.knots[..knot].iter().rev() {
-        let beyond = [here.at.distance(above.at), above.level_m - here.level_m];
-        // Of the step that leads out of the floor's width, only the part within it counts.
-        let share = ((trough - before[0]) / (beyond[0] - before[0]).max(1e-9)).clamp(0.0, 1.0);
-        let [way, rise_m] = [0, 1].map(|part| before[part] + (beyond[part] - before[part]) * share);
-        steepest = steepest.max(rise_m / way.max(1e-9));
-        if beyond[0] >= trough {
-            break;
-        }
-        before = beyond;
-    }
-    steepest / (fields.metres_a_grain() * channel.hill_slope)
-}
-
-/// Returns a circle that holds a bed, and the height of the bed's highest water.
-pub fn bed_in(knots: &[Knot], origin: Point) -> (Circle, f64) {
-    let places: Vec<DVec2> = knots.iter().map(|knot| knot.at.from(origin)).collect();
-    (Circle::around(&places), knots.iter().map(|knot| knot.level_m).fold(f64::NEG_INFINITY, f64::max))
-}
-
-/// Returns the segments whose sides may be below a height somewhere in a circle, for hillsides that rise `slope` metres
-/// a grain.
-pub fn nearly_below<'a>(segments: &[&'a Segment], circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
-    let may_be_below = |segment: &&Segment| {
-        most_m > segment.lowest_m() && segment.may_be_below(circle.least(segment).powi(2), slope, most_m)
-    };
-    segments.iter().copied().filter(may_be_below).collect()
-}
-
-/// Lowers a bed, from its mouth up, to below the sides of other valleys, given their segments relative to an origin.
-/// Where the bed is straight for long, it gets a new knot at each place that is lowered.
-pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
-    let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
-    let below = |knots: &[Knot], segments| {
-        let (circle, highest_m) = bed_in(knots, origin);
-        nearly_below(segments, &circle, least_slope, highest_m)
-    };
-    let near = below(knots, segments);
-    let mut cut: Vec<Knot> = knots.last().copied().into_iter().collect();
-    // From the mouth up, because each knot must stay above the one below; and in runs, each of which has few segments
-    // near.
-    for end in (1..knots.len()).rev().step_by(CUT_RUN) {
-        let run = &knots[end.saturating_sub(CUT_RUN)..=end];
-        let near = below(run, &near);
-        for pair in run.windows(2).rev() {
-            let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
-            let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
-            let slope = INCISION * gentlest * fields.metres_a_grain();
-            // The segments whose sides may be below the bed somewhere on the way between the two knots.
-            let half = here.at.distance(pair[1].at) / 2.0;
-            let circle = Circle { middle: here.towards(&pair[1], 0.5).at.from(origin), radius: half };
-            let lower = nearly_below(&near, &circle, slope, here.level_m.max(pair[1].level_m));
-            let cut_m = |knot: &Knot| {
-                let at = knot.at.from(origin);
-                lower
-                    .iter()
-                    .fold(knot.level_m, |most_m, segment| segment.side_below_m(at, slope, most_m).unwrap_or(most_m))
-            };
-            // Wherever the bed fell, it still falls by a little at least. In a lake the bed may rise to the sill.
-            let whole = (2.0 * half).max(1.0);
-            let least_fall_m = LEAST_FALL_M.max(LEAST_FALL * whole * fields.metres_a_grain());
-            let least_fall_m = (here.level_m - below.level_m).min(least_fall_m);
-            let least_m = |at: Point, below: &Knot| below.level_m + least_fall_m * (at.distance(below.at) / whole);
-            here.level_m = cut_m(&here).max(least_m(here.at, &below));
-            let parts = (here.at.distance(below.at) / LONGEST_CUT).ceil();
-            for part in (1..parts as usize).rev().filter(|_| least_fall_m > 0.0) {
-                // The rest of the way down from here is straight, to the last knot that was lowered.
-                let straight = here.towards(&pair[1], part as f64 / parts);
-                let left = straight.at.distance(below.at) / here.at.distance(below.at);
-                let straight = Knot { level_m: below.level_m + (here.level_m - below.level_m) * left, ..straight };
-                let level_m = cut_m(&straight).max(least_m(straight.at, &below));
-                if level_m < straight.level_m {
-                    below = Knot { level_m, ..straight };
-                    cut.push(below);
-                }
-            }
-            here.level_m = here.level_m.max(least_m(here.at, &below));
-            cut.push(here);
-        }
-    }
-    cut.reverse();
-    *knots = cut;
-}
-
-/// Returns the place of a channel some grains downstream of another; `None` past the channel's end.
-pub fn downstream(channel: &Channel, (mut knot, mut t): ChannelPlace, mut grains: f64) -> Option<ChannelPlace> {
-    while let [here, next, ..] = &channel.knots[knot..] {
-        let whole = here.at.distance(next.at);
-        let left = (1.0 - t) * whole;
-        // Two knots may be at one place.
-        if grains <= left && whole > 0.0 {
-            return Some((knot, t + grains / whole));
-        }
-        grains -= left;
-        (knot, t) = (knot + 1, 0.0);
-    }
-    None
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fluvial::channel::Mouth;
+    use crate::fluvial::channel::{Knot, Mouth};
+    use crate::fluvial::cross_section::{MOST_LEAN, measured};
     use crate::fluvial::settings::FluvialSettings;
     use crate::preset::Preset;
-
-    #[test]
-    fn a_bed_is_cut_where_it_is_straight_for_long() {
-        let (_, preset) = Preset::load("alps").unwrap();
-        let fields = Fields::new(&preset.fluvial.unwrap(), preset.spacing_m, None, 4);
-        let knot = |x: i64, y: i64, level_m: f64| Knot {
-            at: Point::at_vertex(x, y),
-            level_m,
-            area: 0.001,
-            pool_m: f64::NEG_INFINITY,
-        };
-        // The knots are a hundred vertices apart, and half way the deep head of another channel lies ten vertices
-        // beside the bed.
-        let mut bed = vec![knot(0, 0, 1200.0), knot(100, 0, 1000.0)];
-        let (head, foot) = (knot(50, 10, 1010.0), knot(50, 60, 900.0));
-        let other = Channel::new((3, 0, 0), vec![head, foot], Mouth::Sea, 0.6);
-        let origin = Point::at_vertex(0, 0);
-        let other = measured(&fields, other);
-        let segments: Vec<Segment> = segments_of(&fields, &other, 0, origin, |_| true).collect();
-        cut_into(&fields, &mut bed, 0.6, &segments.iter().collect::<Vec<_>>(), origin);
-        assert!(bed.len() > 2 && bed.windows(2).all(|pair| pair[0].level_m > pair[1].level_m), "{bed:?}");
-        let slope = fields.hill_slope(fields.uplift(head.at)).min(0.6) * fields.metres_a_grain();
-        for knot in &bed[1..bed.len() - 1] {
-            let side_m = segments[0].side_m(knot.at.from(origin), slope);
-            assert!(knot.level_m < side_m, "{knot:?}, but the side is at {side_m}");
-        }
-    }
 
     /// Returns the segment of a river half a kilometre long between hillsides of a slope.
     fn reach_of_river(settings: &FluvialSettings, spacing_m: f64, hill_slope: f64) -> Segment {

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::bed_cut::{bed_in, cut_into, nearly_below};
 use super::channel::{Channel, Knot, Mouth};
 use super::course_offsets;
+use super::cross_section::measured;
 use super::fields::{BESIDE, Fields, most_area};
 use super::grain_point::{Point, chance, overlap, padded};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::plane::lines;
-use super::segment::{Bounds, Circle, Segment, bed_in, cut_into, measured, nearly_below, segments_of};
+use super::segment::{Bounds, Circle, Segment, segments_of};
 use super::segments_above::{self, Above, Asked, AsksAbove};
 use super::tributary_bed::{Bed, Beside, LargerValleys, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};

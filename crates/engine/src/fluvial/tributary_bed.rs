@@ -4,10 +4,11 @@ use std::cell::Cell;
 
 use glam::DVec2;
 
+use super::bed_cut::{INCISION, nearly_below};
 use super::channel::Knot;
 use super::fields::{BESIDE, Fields, most_area};
 use super::grain_point::Point;
-use super::segment::{Bounds, Circle, INCISION, Segment, nearly_below, rise};
+use super::segment::{Bounds, Circle, Segment, rise};
 use super::segments_above::Above;
 use super::trunk_lattice::LEAST_SLOPE;
 use crate::geometry::{come, lerp};

@@ -10,9 +10,10 @@ use glam::DVec2;
 
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::course_offsets;
+use super::cross_section::MOST_LEAN;
 use super::fields::{Fields, INTO_SEA, most_area};
 use super::grain_point::{self, GRAINS, Point, chance, overlap};
-use super::segment::{Bounds, MOST_LEAN, Segment, downstream, rise};
+use super::segment::{Bounds, Segment, rise};
 use super::segments_above::{Above, Asked, AsksAbove, Near};
 use super::trunk_lattice::NodeId;
 use crate::geometry::{LineSegment, length, lerp};
@@ -474,7 +475,7 @@ impl Joining<'_> {
         let shift = shift + apart * CLEAR * GRAINS as f64;
         let is_clear = |end: &TributaryEnd| is_clear(&end.line(self.head, self.above.origin), self.above);
         let at =
-            |shift: f64, left: f64| self.end(downstream(self.channel, (self.segment.knot as usize, t), shift)?, left);
+            |shift: f64, left: f64| self.end(self.channel.downstream((self.segment.knot as usize, t), shift)?, left);
         let finer = self.finer();
         let slant = (SLANT.0 + SLANT.1 * finer).min(SLANT.2) * distance;
         // The end of the fall line is best. If it does not fit, an end further downstream is better than no valley.
@@ -497,12 +498,12 @@ impl Joining<'_> {
     fn end(&self, mut place: ChannelPlace, left: f64) -> Option<TributaryEnd> {
         let (channel, clear) = (self.channel, CLEAR * GRAINS as f64);
         if place.0 == 0 && place.1 * channel.knots[0].at.distance(channel.knots[1].at) < clear {
-            place = downstream(channel, place, clear)?;
+            place = channel.downstream(place, clear)?;
         }
         if self.fields.is_wet(most_area(self.level)) {
             place = channel.landing(place)?;
         }
-        downstream(channel, place, clear.max(left))?;
+        channel.downstream(place, clear.max(left))?;
         let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
         // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
         let trough = self.fields.trough(self.level, most_area(self.level), level_m);

@@ -9,15 +9,17 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::bed_cut::cut_into;
 use super::channel::{Channel, Knot, Mouth};
 use super::course_offsets;
+use super::cross_section::measured;
 use super::delta;
 use super::fields::Fields;
 use super::grain_point::{self, Point, chance};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
 use super::plane::lines;
-use super::segment::{LEVEL, Segment, cut_into, measured, segments_of};
+use super::segment::{LEVEL, Segment, segments_of};
 use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
 use super::trunk_lattice::{Drained, LEAST_SLOPE, Look, NodeId, Trunks, neighbours};
 use crate::geometry::{LineSegment, lerp, smooth};
