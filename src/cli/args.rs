@@ -19,7 +19,7 @@ use crate::map::sheet::{Cells, Overlay};
 use crate::map::style::{STYLES, Style};
 use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
-use crate::recipe::source;
+use crate::recipe::source::RecipeSources;
 use crate::threads::thread_count;
 use crate::walker::{Tour, Way};
 use crate::world::World;
@@ -1241,7 +1241,7 @@ impl PlaceArguments {
 impl StyleArguments {
     /// Returns the style with the settings of the options applied.
     pub fn style(&self) -> Result<Style, Error> {
-        let mut sources: source::Sources<Style> = source::Sources::load(&self.style)?;
+        let mut sources: RecipeSources<Style> = RecipeSources::load(&self.style)?;
         for setting in &self.style_set {
             sources.set("--style-set", setting)?;
         }

@@ -14,7 +14,7 @@ use crate::map::Chart;
 use crate::map::style::STYLES;
 use crate::memory::Budget;
 use crate::preset::{BUILT_IN, Preset};
-use crate::recipe::source::{Sources, built_in};
+use crate::recipe::source::{RecipeSources, built_in};
 use crate::web::{Encoding, HEIGHT_SPACING_PX, HEIGHT_STEP_M};
 use crate::world::World;
 
@@ -100,7 +100,7 @@ impl Worlds {
             Some(file) if recipe.preset == FILE => file,
             _ => built_in::<Preset>(&recipe.preset).map(|_| &*recipe.preset)?,
         };
-        let mut sources = Sources::<Preset>::load(source)?;
+        let mut sources = RecipeSources::<Preset>::load(source)?;
         recipe.set.iter().try_for_each(|setting| sources.set("--set", setting))?;
         Ok((source.to_owned(), sources.name().to_owned(), sources.read_all()?))
     }

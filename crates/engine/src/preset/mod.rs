@@ -237,7 +237,7 @@ impl Preset {
 }
 
 /// The texts that make a preset: from the base that all others extend to the last single setting.
-pub type Sources = source::Sources<Preset>;
+pub type Sources = source::RecipeSources<Preset>;
 
 impl Recipe for Preset {
     const WHAT: &'static str = "preset";

@@ -64,7 +64,7 @@ pub fn built_in<T: Recipe>(name: &str) -> Result<&'static str, Error> {
 ///
 /// Later texts override earlier ones: tables are merged, and all other values are replaced.
 #[derive(Debug)]
-pub struct Sources<T> {
+pub struct RecipeSources<T> {
     name: String,
     texts: Vec<Source>,
     makes: PhantomData<fn() -> T>,
@@ -87,17 +87,17 @@ struct Source {
     key: Option<KeyPath>,
 }
 
-impl<T: Recipe> Sources<T> {
-    fn new(name: &str) -> Sources<T> {
-        Sources { name: name.to_owned(), texts: Vec::new(), makes: PhantomData }
+impl<T: Recipe> RecipeSources<T> {
+    fn new(name: &str) -> RecipeSources<T> {
+        RecipeSources { name: name.to_owned(), texts: Vec::new(), makes: PhantomData }
     }
 
     /// Loads the built-in recipe of this name, or else the recipe in the file at this path.
     ///
     /// # Errors
     /// When there is no such recipe, or when it or a recipe that it extends cannot be read.
-    pub fn load(name_or_path: &str) -> Result<Sources<T>, Error> {
-        let mut sources = Sources::new("");
+    pub fn load(name_or_path: &str) -> Result<RecipeSources<T>, Error> {
+        let mut sources = RecipeSources::new("");
         let origin = Origin::find::<T>(name_or_path, Path::new(""))?;
         sources.name = origin.name();
         sources.add(&origin, &mut Vec::new())?;
@@ -108,16 +108,16 @@ impl<T: Recipe> Sources<T> {
     ///
     /// # Errors
     /// When the recipe or one that it extends cannot be read.
-    pub fn read(file: &str, reader: impl Read) -> Result<Sources<T>, Error> {
-        Sources::parse(file, &text_of::<T>(file, reader)?)
+    pub fn read(file: &str, reader: impl Read) -> Result<RecipeSources<T>, Error> {
+        RecipeSources::parse(file, &text_of::<T>(file, reader)?)
     }
 
     /// Parses the recipe in `text`. `file` is the recipe's name, also in errors.
     ///
     /// # Errors
     /// When the text is not TOML, or when a recipe that it extends cannot be read.
-    pub fn parse(file: &str, text: &str) -> Result<Sources<T>, Error> {
-        let mut sources = Sources::new(file);
+    pub fn parse(file: &str, text: &str) -> Result<RecipeSources<T>, Error> {
+        let mut sources = RecipeSources::new(file);
         sources.add_text(file, text, Path::new(""), &mut Vec::new())?;
         Ok(sources)
     }

@@ -9,7 +9,7 @@ pub mod settings;
 
 pub use noise::NoiseRelief;
 #[cfg(feature = "gpu")]
-pub(crate) use packed::{Block, PackedRelief};
+pub(crate) use packed::{PackedRelief, VertexBlock};
 
 use std::sync::Arc;
 

@@ -18,7 +18,7 @@ use crate::export::plan::Plan;
 use crate::export::raster::{self, Layer};
 use crate::export::svg::escaped;
 use crate::export::vector::{self, GeoPackage};
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::file::write_whole;
 
 /// The file in the folder of the bake.
@@ -102,13 +102,13 @@ impl Project {
         );
     }
 
-    fn add_vector(&mut self, name: &str, shape: Shape, style: &vector::LayerStyle, is_shown: bool) {
+    fn add_vector(&mut self, name: &str, shape: GeometryType, style: &vector::LayerStyle, is_shown: bool) {
         let source = format!("./{}|layername={name}", vector::GEOPACKAGE);
         self.add(name, &source, "ogr", is_shown);
         let geometry = match shape {
-            Shape::Point => "Point",
-            Shape::Line | Shape::LineZ => "Line",
-            Shape::Polygon => "Polygon",
+            GeometryType::Point => "Point",
+            GeometryType::Line | GeometryType::LineZ => "Line",
+            GeometryType::Polygon => "Polygon",
         };
         let labels = style.labels.as_deref().unwrap_or_default();
         _ = writeln!(

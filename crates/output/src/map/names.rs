@@ -471,7 +471,7 @@ mod tests {
     use crate::map::label::overlap;
     use crate::map::{Chart, Picture};
     use crate::preset::Preset;
-    use crate::recipe::source::Sources;
+    use crate::recipe::source::RecipeSources;
     use crate::world::World;
 
     #[test]
@@ -514,7 +514,7 @@ mod tests {
             let scale = Scale { metres_per_pixel: denominator / 2000.0, pixels_per_mm: 2.0 };
             let bounds = [east - km, north - km, east + km, north + km].map(|km| km * 1000.0);
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
-            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let picture = Chart::of_world(&world, style, scale).picture(scale.pixels_of(bounds));
             let within = |at: [f64; 2]| picture.area().meets([at[0], at[1], at[0], at[1]]);
             shown.extend(picture.writings().iter().filter(|writing| within(writing.at)).map(|writing| Shown {
@@ -605,7 +605,7 @@ mod tests {
         ] {
             let (_, preset) = Preset::load(preset).unwrap();
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
-            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let scale = Scale { metres_per_pixel, pixels_per_mm: 2.0 };
             let chart = Chart::new(&preset, Some(5), style, scale).unwrap();
             // Without a frame, the neighbouring picture shows the rest of a name that is cut at the edge.

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::map::font::{Face, Font, Typeface};
 use crate::preset::map::Tint;
 use crate::recipe::fault::{Fault, KeyPath};
-use crate::recipe::source::{Recipe, Sources};
+use crate::recipe::source::{Recipe, RecipeSources};
 
 /// The built-in styles, as name and text: the files of `styles/`.
 pub const STYLES: &[(&str, &str)] = &[
@@ -430,7 +430,7 @@ impl Style {
     /// # Errors
     /// When there is no such style, or when it cannot be read or understood.
     pub fn load(name_or_path: &str) -> Result<Style, Error> {
-        Sources::load(name_or_path)?.read_all()
+        RecipeSources::load(name_or_path)?.read_all()
     }
 
     /// Returns the JSON schema of style files.

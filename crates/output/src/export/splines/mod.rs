@@ -34,7 +34,7 @@ use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::vector::{FeatureStore, around, of_features};
 use crate::features::Value;
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::features::splines::{SPLINES, carried};
 use crate::file::{PartFile, write_whole};
 use crate::geometry::come_along;
@@ -144,7 +144,7 @@ impl<'a> SplineSink<'a> {
     fn add(&self, files: &mut Files, layer: usize, values: &[Value], line: &[Vec<[f64; 3]>]) -> Result<(), Error> {
         let [points, of_points] = line else { unreachable!("a spline has its points and their values") };
         let Some(whole) = Whole::new(points, of_points) else { return Ok(()) };
-        let parts = whole.parts(|line| around(&self.region, self.spacing_m).clip(Shape::LineZ, vec![line]));
+        let parts = whole.parts(|line| around(&self.region, self.spacing_m).clip(GeometryType::LineZ, vec![line]));
         let last = (whole.points.len() - 1) as f64;
         for (number, part) in parts.iter().enumerate() {
             let is_whole = part[0] == 0.0 && part[part.len() - 1] == last;

@@ -14,7 +14,7 @@ use std::collections::{HashMap, VecDeque};
 use crate::area::Area;
 use crate::bake::frames;
 use crate::contour::{Edge, crossed, share};
-use crate::features::layer::{Head, Kind, Shape};
+use crate::features::layer::{GeometryType, Head, ValueKind};
 use crate::features::{Row, Value};
 use crate::grid::Grid;
 use crate::map::contour::{INDEX, interval_m};
@@ -24,14 +24,14 @@ use crate::world::World;
 /// Name, description and shape of the layer.
 pub(crate) const NAME: &str = "contours";
 pub(crate) const ABOUT: &str = "lines of equal height of the ground, also below water; metres";
-pub(crate) const SHAPE: Shape = Shape::Line;
+pub(crate) const SHAPE: GeometryType = GeometryType::Line;
 
 /// Attributes of a contour.
 pub(crate) const HEADS: [Head; 3] = [
-    Head { name: "height_m", key: "height_m", kind: Kind::Real, required: true },
+    Head { name: "height_m", key: "height_m", kind: ValueKind::Real, required: true },
     // 1 for each fifth contour, which maps draw stronger.
-    Head { name: "is_index", key: "is_index", kind: Kind::Integer, required: true },
-    Head { name: "kind", key: "kind", kind: Kind::Text, required: true },
+    Head { name: "is_index", key: "is_index", kind: ValueKind::Integer, required: true },
+    Head { name: "kind", key: "kind", kind: ValueKind::Text, required: true },
 ];
 
 /// Scale of the map whose contours are taken over: 1:2500 for each metre between vertices, and so 1:25,000 for land of

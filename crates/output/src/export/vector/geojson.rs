@@ -18,7 +18,7 @@ use crate::export::locked;
 use crate::export::vector::contours;
 use crate::export::vector::cost;
 use crate::export::vector::vectors::Vectors;
-use crate::features::layer::{Geometry, Head, Shape};
+use crate::features::layer::{Geometry, GeometryType, Head};
 use crate::features::{Row, Value, layers};
 use crate::file::PartFile;
 use crate::tile::Tile;
@@ -162,16 +162,16 @@ impl Collection {
     }
 
     /// Adds a feature of one part or several.
-    fn add(&mut self, shape: Shape, heads: &[Head], values: &[Value], parts: &[Geometry]) -> Result<(), Error> {
+    fn add(&mut self, shape: GeometryType, heads: &[Head], values: &[Value], parts: &[Geometry]) -> Result<(), Error> {
         self.write(self.separator)?;
         self.separator = ",\n";
         let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
         add_properties(&mut text, heads, values);
         text.push_str("},\"geometry\":{\"type\":\"");
         let name = match shape {
-            Shape::Point => "Point",
-            Shape::Line | Shape::LineZ => "LineString",
-            Shape::Polygon => "Polygon",
+            GeometryType::Point => "Point",
+            GeometryType::Line | GeometryType::LineZ => "LineString",
+            GeometryType::Polygon => "Polygon",
         };
         let of_part = |text: &mut String, part: &Geometry| add_coordinates(text, shape, part, self.degrees);
         if let [part] = parts {
@@ -216,8 +216,8 @@ fn add_properties(text: &mut String, heads: &[Head], values: &[Value]) {
 }
 
 /// Adds the coordinates of a geometry. A polygon is a list of rings, a line a list of points, and a point stands alone.
-fn add_coordinates(text: &mut String, shape: Shape, lines: &[Vec<[f64; 3]>], in_degrees: bool) {
-    let (list_of_lines, list_of_points) = (shape == Shape::Polygon, shape != Shape::Point);
+fn add_coordinates(text: &mut String, shape: GeometryType, lines: &[Vec<[f64; 3]>], in_degrees: bool) {
+    let (list_of_lines, list_of_points) = (shape == GeometryType::Polygon, shape != GeometryType::Point);
     text.push_str(if list_of_lines { "[" } else { "" });
     for (index, line) in lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });

@@ -20,7 +20,7 @@ use crate::export::vector::store::{footprint, kept};
 use crate::export::vector::vectors::Vectors;
 use crate::export::vector::{contours, style};
 use crate::export::{locked, project};
-use crate::features::layer::{Geometry, Head, Kind, Shape};
+use crate::features::layer::{Geometry, GeometryType, Head, ValueKind};
 use crate::features::{AnyLayer, Row, Value};
 use crate::file::{PartFile, database, sqlite_error};
 use crate::registry::unjournaled;
@@ -146,7 +146,7 @@ impl Format for GeoPackage {
 struct Table<'a> {
     name: &'a str,
     about: &'a str,
-    shape: Shape,
+    shape: GeometryType,
     /// True if a geometry can have several parts.
     multi: bool,
     heads: Vec<Head>,
@@ -155,11 +155,11 @@ struct Table<'a> {
 impl Table<'_> {
     fn geometry_type(&self) -> &'static str {
         match (self.shape, self.multi) {
-            (Shape::Point, _) => "POINT",
-            (Shape::Line | Shape::LineZ, false) => "LINESTRING",
-            (Shape::Line | Shape::LineZ, true) => "MULTILINESTRING",
-            (Shape::Polygon, false) => "POLYGON",
-            (Shape::Polygon, true) => "MULTIPOLYGON",
+            (GeometryType::Point, _) => "POINT",
+            (GeometryType::Line | GeometryType::LineZ, false) => "LINESTRING",
+            (GeometryType::Line | GeometryType::LineZ, true) => "MULTILINESTRING",
+            (GeometryType::Polygon, false) => "POLYGON",
+            (GeometryType::Polygon, true) => "MULTIPOLYGON",
         }
     }
 
@@ -168,9 +168,9 @@ impl Table<'_> {
     fn schema(&self) -> String {
         let columns = self.heads.iter().map(|head| {
             let kind = match head.kind {
-                Kind::Integer => "INTEGER",
-                Kind::Real | Kind::Real32 => "DOUBLE",
-                Kind::Text => "TEXT",
+                ValueKind::Integer => "INTEGER",
+                ValueKind::Real | ValueKind::Real32 => "DOUBLE",
+                ValueKind::Text => "TEXT",
             };
             format!(",\n        {} {kind}", head.name)
         });
@@ -202,12 +202,12 @@ impl Table<'_> {
         bytes.extend([min[0], max[0], min[1], max[1]].map(f64::to_le_bytes).as_flattened());
         // Type numbers of the standard, a thousand more with heights.
         let (one, several): (u32, u32) = match self.shape {
-            Shape::Point => (1, 4),
-            Shape::Line => (2, 5),
-            Shape::LineZ => (1002, 1005),
-            Shape::Polygon => (3, 6),
+            GeometryType::Point => (1, 4),
+            GeometryType::Line => (2, 5),
+            GeometryType::LineZ => (1002, 1005),
+            GeometryType::Polygon => (3, 6),
         };
-        let multi = self.multi && self.shape != Shape::Point;
+        let multi = self.multi && self.shape != GeometryType::Point;
         if multi {
             bytes.push(1);
             bytes.extend(several.to_le_bytes());
@@ -217,11 +217,11 @@ impl Table<'_> {
             // The byte order: little-endian.
             bytes.push(1);
             bytes.extend(one.to_le_bytes());
-            if self.shape == Shape::Polygon {
+            if self.shape == GeometryType::Polygon {
                 bytes.extend((part.len() as u32).to_le_bytes());
             }
             for line in part {
-                if self.shape != Shape::Point {
+                if self.shape != GeometryType::Point {
                     bytes.extend((line.len() as u32).to_le_bytes());
                 }
                 let numbers = line.iter().flat_map(|point| &point[..self.shape.dimensions()]);
@@ -393,7 +393,7 @@ impl<'a> GeoPackageSink<'a> {
         )?;
         connection.execute(
             "INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)",
-            params![table.name, table.geometry_type(), PLANE, table.shape == Shape::LineZ],
+            params![table.name, table.geometry_type(), PLANE, table.shape == GeometryType::LineZ],
         )?;
         connection.execute(
             "INSERT INTO gpkg_extensions VALUES (?, 'geom', 'gpkg_rtree_index', \
@@ -418,11 +418,11 @@ type Add<'a> = dyn FnMut(&[Value], &[Geometry]) -> Result<(), Error> + 'a;
 
 /// Returns the table of the tiles' footprints.
 fn tiles() -> Table<'static> {
-    let number = |name| Head { name, key: name, kind: Kind::Integer, required: true };
+    let number = |name| Head { name, key: name, kind: ValueKind::Integer, required: true };
     Table {
         name: "tiles",
         about: "the tiles of the region; x and y are their numbers in the world, col and row count from its corner",
-        shape: Shape::Polygon,
+        shape: GeometryType::Polygon,
         multi: false,
         heads: ["x", "y", "col", "row"].map(number).to_vec(),
     }
@@ -647,7 +647,7 @@ mod tests {
 
     #[test]
     fn a_geometry_is_header_envelope_and_well_known_binary() {
-        let table = |multi| Table { name: "", about: "", shape: Shape::Line, multi, heads: Vec::new() };
+        let table = |multi| Table { name: "", about: "", shape: GeometryType::Line, multi, heads: Vec::new() };
         let parts = [vec![vec![[1.0, -2.0, 0.0], [-3.0, 5.0, 0.0]]]];
         let bytes = table(false).geometry(&parts);
         assert_eq!(bytes.len(), 8 + 32 + 9 + 32);

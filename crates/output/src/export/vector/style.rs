@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use crate::export::svg::escaped;
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::map::font::Face;
 use crate::map::style::{Colour, LabelStyle, Style};
 
@@ -35,7 +35,7 @@ impl LayerStyle {
 }
 
 /// Returns the style of the layer with this name, if maps show such a layer.
-pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
+pub(crate) fn of_layer(name: &str, shape: GeometryType) -> Option<LayerStyle> {
     let style = Style::load("topographic").expect("the built-in styles are good");
     let (water, roads, places, labels) = (&style.water, &style.roads, &style.places, &style.labels);
     // The width on the ground, or the width of a line on paper where this is more.
@@ -49,7 +49,7 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
         "rivers" => {
             let wide = width(water.river_mm[0], water.river_mm[1], "(\"width_start_m\" + \"width_end_m\") / 2");
             let symbol = line(&Stroke { wide: Some(wide), ..Stroke::new(water.line, water.river_mm[0]) });
-            let name = (shape == Shape::LineZ).then(|| written("\"name\"", &labels.river, Along::Line, &style));
+            let name = (shape == GeometryType::LineZ).then(|| written("\"name\"", &labels.river, Along::Line, &style));
             (single("line", &symbol), name)
         }
         "lakes" => {
@@ -82,7 +82,7 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
                 })
                 .collect();
             match shape {
-                Shape::LineZ => (ruled("line", &rules), None),
+                GeometryType::LineZ => (ruled("line", &rules), None),
                 // Roads of agents have no classes.
                 _ => (single("line", &rules[1].2), None),
             }
@@ -305,6 +305,6 @@ mod tests {
                 }
             }
         }
-        assert!(of_layer("nothing", Shape::Point).is_none());
+        assert!(of_layer("nothing", GeometryType::Point).is_none());
     }
 }
