@@ -21,7 +21,7 @@ use crate::export::raster::writer::{Sample, png_bytes};
 use crate::export::sfnt::web_font;
 use crate::file::{Finished, PartFile};
 use crate::map::font::{Face, Font};
-use crate::map::plotter::{Inscription, Item, Layer, Lettering, Page, Pen, Plotter, Shape, bounds};
+use crate::map::plotter::{Inscription, Item, Lettering, Page, PageLayer, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;
 use crate::map::text::{Placed, PlacedGlyph, is_right_to_left};
@@ -312,7 +312,7 @@ impl Plotter for Svg {
         self.clip.unwrap_or(self.area)
     }
 
-    fn begin_layer(&mut self, layer: Layer) {
+    fn begin_layer(&mut self, layer: PageLayer) {
         let name = layer.name();
         let id = self.id(name);
         self.begin_group(format!("<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{name}\">\n"));
@@ -490,7 +490,7 @@ mod tests {
         let line = vec![vec![[10.0, 10.0], [20.0, 20.0]]];
         let pen = Pen { colour: INK, opacity: 1.0, width: 1.0, dash: None };
         let text = page(area, Lettering::Outlines, |svg| {
-            svg.begin_layer(Layer::Waters);
+            svg.begin_layer(PageLayer::Waters);
             for part in ["r2:-1:0", "r2:-1:0", "r3:9:9"] {
                 svg.begin_item(&Item { kind: "river", id: part, name: "Ache & \"Bach\"" });
                 if part != "r3:9:9" {
@@ -500,7 +500,7 @@ mod tests {
                 svg.end_item();
             }
             svg.end_layer();
-            svg.begin_layer(Layer::Roads);
+            svg.begin_layer(PageLayer::Roads);
             svg.end_layer();
         });
         let groups: Vec<&str> = text.lines().filter(|line| line.starts_with("<g")).collect();
