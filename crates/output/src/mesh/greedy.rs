@@ -16,7 +16,7 @@ use crate::stop;
 pub fn triangulate(steps: &Steps, bound: f64, edge_bound: f64) -> Delaunay {
     let mut mesh = Delaunay::new(steps);
     insert_border(&mut mesh, steps, edge_bound);
-    let mut queue = Queue { bound, heap: BinaryHeap::new(), needs: Vec::new() };
+    let mut queue = TriangleQueue { bound, heap: BinaryHeap::new(), needs: Vec::new() };
     for triangle in 0..mesh.triangles().len() as u32 {
         queue.update(&mesh, steps, triangle);
     }
@@ -60,7 +60,7 @@ fn insert_border(mesh: &mut Delaunay, steps: &Steps, bound: f64) {
 }
 
 /// The queue of triangles that are too far from the heights.
-struct Queue {
+struct TriangleQueue {
     bound: f64,
     /// Pairs of a need and a triangle; some of the needs are outdated.
     heap: BinaryHeap<(u64, u32)>,
@@ -68,7 +68,7 @@ struct Queue {
     needs: Vec<u64>,
 }
 
-impl Queue {
+impl TriangleQueue {
     /// Computes the need of a triangle that is new or has changed.
     fn update(&mut self, mesh: &Delaunay, steps: &Steps, triangle: u32) {
         let worst = Worst::beyond(steps, mesh.corners(triangle), self.bound);

@@ -123,14 +123,14 @@ impl HasPosition for CutVertex {
 }
 
 type Cut = ConstrainedDelaunayTriangulation<CutVertex>;
-type Face<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
+type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
 
 /// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
 /// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
 /// surface's.
 fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
     // Keep faces by their corners, since face numbers change.
-    let corners = |face: Face| face.vertices().map(|vertex| *vertex.data());
+    let corners = |face: CutFace| face.vertices().map(|vertex| *vertex.data());
     let mut open: Vec<[CutVertex; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
         stop::check();

@@ -31,12 +31,12 @@ mod water;
 mod waterline;
 mod worst;
 
-pub use facet::{Facet, Span};
+pub use facet::{Facet, RowSpan};
 pub use frame::{Frame, default_origin, middle};
 pub use ground::{Ground, GroundVertex, PARTS};
 pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons, roads_near};
 pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
-pub use water::{Sheet, sheets};
+pub use water::{WaterSheet, sheets};
 pub use waterline::{WaterPoint, Waterline, Waterlines};
 
 use crate::area::Area;
