@@ -14,7 +14,7 @@ use crate::explore::spot::{Spot, Stage};
 use crate::explore::worlds::Opened;
 use crate::map::Chart;
 use crate::map::style::STYLES;
-use crate::web::{Encoding, HEIGHT_SPACING_PX, TILE_PX, height_text};
+use crate::web::{HEIGHT_SPACING_PX, TILE_PX, TileEncoding, height_text};
 
 /// Side of a block in pixels. A block is drawn at once: it is a block of a chart, and holds four tiles or one dense
 /// tile.
@@ -236,7 +236,7 @@ fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
         &rgb[3 * first..][..3 * part.width()]
     };
     let cut: Vec<u8> = (part.y0..part.y1).flat_map(row).copied().collect();
-    Encoding::WebP.encode(part.width() as u32, &cut)
+    TileEncoding::WebP.encode(part.width() as u32, &cut)
 }
 
 /// Returns a script with the heights of every second pixel of a tile, up to the first row and column of the next tiles.

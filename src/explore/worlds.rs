@@ -15,7 +15,7 @@ use crate::map::style::STYLES;
 use crate::memory::Budget;
 use crate::preset::{BUILT_IN, Preset};
 use crate::recipe::source::{RecipeSources, built_in};
-use crate::web::{Encoding, HEIGHT_SPACING_PX, HEIGHT_STEP_M};
+use crate::web::{HEIGHT_SPACING_PX, HEIGHT_STEP_M, TileEncoding};
 use crate::world::World;
 
 /// The name by which pages ask for the preset file that the explorer was started with.
@@ -164,7 +164,7 @@ impl Opened {
             "warnings": world.warnings(), "spacing_m": world.spacing_m(), "tile_cells": preset.tile_cells,
             "is_fluvial": preset.fluvial.is_some(), "sea_level_m": preset.sea_level_m,
             "height_range_m": [lowest_m, highest_m], "values": preset,
-            "ending": Encoding::WebP.ending(), "dense": true, "layers": titles.collect::<Vec<_>>(),
+            "ending": TileEncoding::WebP.ending(), "dense": true, "layers": titles.collect::<Vec<_>>(),
             "heights": { "step_m": HEIGHT_STEP_M, "spacing_px": HEIGHT_SPACING_PX },
             "ground": {
                 "min_zoom": 0, "max_zoom": MAX_ZOOM, "finest_m": pixel_m(world.spacing_m(), MAX_ZOOM), "corner_m": [0, 0],
