@@ -225,7 +225,7 @@ const FORMAT_VERSION: u32 = 1;
 
 /// The fields that tell if the rest can be read. The file may be of any kind, so these fields take any value.
 #[derive(Deserialize)]
-struct Head {
+struct ManifestHead {
     #[serde(default)]
     format: Value,
     #[serde(default)]
@@ -254,7 +254,7 @@ impl Manifest {
             _ => Error::io(path)(error),
         })?;
         let broken = |error: serde_json::Error| refuse(format!("cannot be read: {error}"), rebake);
-        let Head { format, format_version } = serde_json::from_str(&text).map_err(broken)?;
+        let ManifestHead { format, format_version } = serde_json::from_str(&text).map_err(broken)?;
         if format != FORMAT {
             return Err(refuse(format!("is not the manifest of a bake: expected \"format\": {FORMAT:?}"), rebake));
         }
@@ -470,7 +470,7 @@ impl Manifest {
 
     /// Parses a manifest; refuses any that no bake could have written.
     pub(crate) fn parse(text: &str) -> serde_json::Result<Manifest> {
-        serde_json::from_str::<bounds::Texts>(text)?;
+        serde_json::from_str::<bounds::TextCheck>(text)?;
         serde_json::from_str::<Manifest>(text)?.checked().map_err(serde_json::Error::custom)
     }
 

@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::export::format::Format;
 use crate::export::georeference::Plane;
 use crate::export::plan::Plan;
-use crate::export::raster::{self, Layer};
+use crate::export::raster::{self, RasterLayer};
 use crate::export::svg::escaped;
 use crate::export::vector::{self, GeoPackage};
 use crate::features::layer::GeometryType;
@@ -83,7 +83,7 @@ impl Project {
         // the list, but hidden.
         let rasters = raster::layers(plan.exports().iter().map(|export| export.name()));
         let lowest =
-            |layer: &&Layer| ["map", "height", "colour"].iter().position(|name| layer.name == *name).unwrap_or(9);
+            |layer: &&RasterLayer| ["map", "height", "colour"].iter().position(|name| layer.name == *name).unwrap_or(9);
         let shown = rasters.iter().min_by_key(lowest).map(|layer| layer.name);
         for layer in &rasters {
             // The map of a walk is transparent where there are no tiles.
@@ -122,7 +122,7 @@ impl Project {
         );
     }
 
-    fn add_raster(&mut self, layer: &Layer, is_shown: bool, is_transparent: bool) {
+    fn add_raster(&mut self, layer: &RasterLayer, is_shown: bool, is_transparent: bool) {
         let (name, source) = (layer.name, format!("./{}", layer.path));
         self.add(name, &source, "gdal", is_shown);
         let renderer = match layer.channels {

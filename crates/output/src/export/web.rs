@@ -176,12 +176,12 @@ struct WebSink<'a> {
     pyramid: Pyramid,
     out: PathBuf,
     /// Named features by their ids in the world.
-    named: Mutex<BTreeMap<String, Named>>,
+    named: Mutex<BTreeMap<String, NamedFeature>>,
 }
 
 /// A named feature.
 #[derive(Serialize, Deserialize)]
-struct Named {
+struct NamedFeature {
     name: String,
     kind: Cow<'static, str>,
     at: [f64; 2],
@@ -201,7 +201,7 @@ impl Sink for WebSink<'_> {
             return Ok(Kept::default());
         }
         let mut found = Vec::new();
-        let mut add = |id: String, named: Named| found.push((id, named));
+        let mut add = |id: String, named: NamedFeature| found.push((id, named));
         for site in SITES.find(world, &area) {
             let (kind, rank) = match site.class {
                 SiteClass::Town => ("town", 1),
@@ -209,19 +209,22 @@ impl Sink for WebSink<'_> {
                 SiteClass::Hamlet => ("hamlet", 5),
             };
             let (weight, kind) = (f64::from(site.population), kind.into());
-            add(format!("s:{}", site.id), Named { name: site.name, kind, at: site.at, rank, weight });
+            add(format!("s:{}", site.id), NamedFeature { name: site.name, kind, at: site.at, rank, weight });
         }
         for lake in LAKES.find(world, &area) {
             let Some(name) = lake.name else { continue };
             let shore = &lake.rings[0];
             let sum = shore.iter().fold([0.0, 0.0], |sum, point| [sum[0] + point[0], sum[1] + point[1]]);
             let at = sum.map(|axis| axis / shore.len() as f64);
-            add(format!("l:{}", lake.id), Named { name, kind: "lake".into(), at, rank: 2, weight: lake.area_m2 });
+            add(
+                format!("l:{}", lake.id),
+                NamedFeature { name, kind: "lake".into(), at, rank: 2, weight: lake.area_m2 },
+            );
         }
         for peak in PEAKS.find(world, &area) {
             let Some(name) = peak.name else { continue };
             let weight = f64::from(peak.height_m);
-            add(format!("p:{}", peak.id), Named { name, kind: "peak".into(), at: peak.at, rank: 4, weight });
+            add(format!("p:{}", peak.id), NamedFeature { name, kind: "peak".into(), at: peak.at, rank: 4, weight });
         }
         for river in RIVERS.find(world, &area) {
             let Some(name) = river.name else { continue };
@@ -229,7 +232,7 @@ impl Sink for WebSink<'_> {
             let weight = river.discharge_m3s[1];
             add(
                 format!("r:{}", river.course),
-                Named { name, kind: "river".into(), at: [east, north], rank: 4, weight },
+                NamedFeature { name, kind: "river".into(), at: [east, north], rank: 4, weight },
             );
         }
         let piece = serde_json::to_vec(&found).expect("texts and finite numbers are JSON");
@@ -239,7 +242,8 @@ impl Sink for WebSink<'_> {
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut all = locked(&self.named);
         for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
-            let found: Vec<(String, Named)> = serde_json::from_slice(piece).expect("it was written by this sink");
+            let found: Vec<(String, NamedFeature)> =
+                serde_json::from_slice(piece).expect("it was written by this sink");
             for (id, named) in found {
                 // Parts come in the order of the tiles, so that among equal weights the same part wins in every bake.
                 if all.get(&id).is_none_or(|known| known.weight < named.weight) {
@@ -262,7 +266,7 @@ impl Sink for WebSink<'_> {
         let features: Vec<Feature> = named
             .values()
             .filter(|named| is_shown(named.at))
-            .map(|Named { name, kind, at, rank, .. }| {
+            .map(|NamedFeature { name, kind, at, rank, .. }| {
                 let [east_m, north_m] = *at;
                 Feature { name, kind, east_m, north_m, rank: *rank }
             })

@@ -84,10 +84,10 @@ impl Format for GeoJson {
 /// The files being written, one for each layer.
 pub(crate) struct GeoJsonSink<'a> {
     vectors: Vectors<'a>,
-    files: Mutex<Files>,
+    files: Mutex<Collections>,
 }
 
-struct Files {
+struct Collections {
     /// The files of features, which are written at the end.
     features: Vec<Collection>,
     contours: Option<Collection>,
@@ -98,7 +98,7 @@ impl<'a> GeoJsonSink<'a> {
     pub fn create(request: &Request<'a>, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
         let begin = |layer: &str| Collection::begin(layer, request.vectors.degrees, out);
         let features = layers(request.world).iter().map(|layer| begin(layer.name())).collect::<Result<_, _>>()?;
-        let files = Files { features, contours: Some(begin(contours::NAME)?) };
+        let files = Collections { features, contours: Some(begin(contours::NAME)?) };
         // One store for all layers, named after none of them.
         let vectors = Vectors::create(request, &out.join(FOLDER).join("layers.geojson"))?;
         Ok(GeoJsonSink { vectors, files: Mutex::new(files) })
@@ -128,7 +128,7 @@ impl Sink for GeoJsonSink<'_> {
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let Files { features, contours } = &mut *locked(&self.files);
+        let Collections { features, contours } = &mut *locked(&self.files);
         let mut records = Vec::new();
         let store = &self.vectors.features;
         for (number, (mut file, layer)) in std::mem::take(features).into_iter().zip(store.layers()).enumerate() {

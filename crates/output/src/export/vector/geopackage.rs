@@ -143,7 +143,7 @@ impl Format for GeoPackage {
 }
 
 /// A layer as a table of the database.
-struct Table<'a> {
+struct LayerTable<'a> {
     name: &'a str,
     about: &'a str,
     shape: GeometryType,
@@ -152,7 +152,7 @@ struct Table<'a> {
     heads: Vec<Head>,
 }
 
-impl Table<'_> {
+impl LayerTable<'_> {
     fn geometry_type(&self) -> &'static str {
         match (self.shape, self.multi) {
             (GeometryType::Point, _) => "POINT",
@@ -280,12 +280,12 @@ pub(crate) struct GeoPackageSink<'a> {
     spacing_m: f64,
     vectors: Vectors<'a>,
     /// The tables of the features, in the order of their layers, then those of contours and of tiles.
-    tables: Vec<Table<'a>>,
+    tables: Vec<LayerTable<'a>>,
     path: PathBuf,
-    file: Mutex<Option<UnderWay>>,
+    file: Mutex<Option<OpenDatabase>>,
 }
 
-struct UnderWay {
+struct OpenDatabase {
     /// The first field, so that the connection is closed when an abandoned file is removed.
     connection: Connection,
     file: PartFile,
@@ -300,15 +300,15 @@ impl<'a> GeoPackageSink<'a> {
         let path = out.join(PATH);
         let mut file = PartFile::create(path.clone())?;
         let vectors = Vectors::create(request, &path)?;
-        let of_layer = |layer: &&'static dyn AnyLayer| Table {
+        let of_layer = |layer: &&'static dyn AnyLayer| LayerTable {
             name: layer.name(),
             about: layer.about(),
             shape: layer.shape(),
             multi: options.clipped,
             heads: layer.heads(),
         };
-        let mut tables: Vec<Table> = vectors.features.layers().iter().map(of_layer).collect();
-        tables.push(Table {
+        let mut tables: Vec<LayerTable> = vectors.features.layers().iter().map(of_layer).collect();
+        tables.push(LayerTable {
             name: contours::NAME,
             about: contours::ABOUT,
             shape: contours::SHAPE,
@@ -338,14 +338,14 @@ impl<'a> GeoPackageSink<'a> {
         };
         let connection = create(file.lend()).map_err(sqlite_error(&path))?;
         let envelopes = vec![Envelope::NOTHING; tables.len()];
-        let file = Mutex::new(Some(UnderWay { connection, file, envelopes }));
+        let file = Mutex::new(Some(OpenDatabase { connection, file, envelopes }));
         Ok(GeoPackageSink { region, spacing_m: world.spacing_m(), vectors, tables, path, file })
     }
 
     /// Writes the features that `write` adds to a table, in one transaction.
     fn fill(
         &self,
-        under_way: &mut UnderWay,
+        under_way: &mut OpenDatabase,
         number: usize,
         write: impl FnOnce(&mut Add<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
@@ -417,9 +417,9 @@ impl<'a> GeoPackageSink<'a> {
 type Add<'a> = dyn FnMut(&[Value], &[Geometry]) -> Result<(), Error> + 'a;
 
 /// Returns the table of the tiles' footprints.
-fn tiles() -> Table<'static> {
+fn tiles() -> LayerTable<'static> {
     let number = |name| Head { name, key: name, kind: ValueKind::Integer, required: true };
-    Table {
+    LayerTable {
         name: "tiles",
         about: "the tiles of the region; x and y are their numbers in the world, col and row count from its corner",
         shape: GeometryType::Polygon,
@@ -461,7 +461,7 @@ impl Sink for GeoPackageSink<'_> {
         for number in 0..features.layers().len() {
             self.fill(&mut under_way, number, |add| features.for_each(number, |values, parts| add(values, parts)))?;
         }
-        let UnderWay { mut connection, file, envelopes } = under_way;
+        let OpenDatabase { mut connection, file, envelopes } = under_way;
         let list = |connection: &mut Connection| {
             let transaction = connection.transaction()?;
             for (number, around) in envelopes.iter().enumerate() {
@@ -647,7 +647,7 @@ mod tests {
 
     #[test]
     fn a_geometry_is_header_envelope_and_well_known_binary() {
-        let table = |multi| Table { name: "", about: "", shape: GeometryType::Line, multi, heads: Vec::new() };
+        let table = |multi| LayerTable { name: "", about: "", shape: GeometryType::Line, multi, heads: Vec::new() };
         let parts = [vec![vec![[1.0, -2.0, 0.0], [-3.0, 5.0, 0.0]]]];
         let bytes = table(false).geometry(&parts);
         assert_eq!(bytes.len(), 8 + 32 + 9 + 32);
