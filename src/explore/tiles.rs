@@ -64,7 +64,7 @@ struct Subject {
 /// The kind of product that a digest stands for, beside the place of its tile.
 #[derive(Clone, Copy)]
 #[repr(u8)]
-enum Kind {
+enum TileProduct {
     Picture,
     Names,
     Heights,
@@ -92,7 +92,7 @@ impl Subject {
 
     /// Returns the digest of all that a product depends on. For names pass a fixed `is_dense`, since they do not depend
     /// on the screen's pixels.
-    fn key(&self, kind: Kind, zoom: u8, is_dense: bool, x: i64, y: i64) -> blake3::Hash {
+    fn key(&self, kind: TileProduct, zoom: u8, is_dense: bool, x: i64, y: i64) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.opened.digest.as_bytes()).update(STYLES_DIGEST.as_bytes());
         hasher.update(self.style.as_bytes()).update(&[0, self.stage as u8, kind as u8, zoom, is_dense.into()]);
@@ -130,7 +130,7 @@ impl Studio {
         spot: Spot,
     ) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, style, stage)?;
-        let key = subject.key(Kind::Picture, spot.zoom, spot.is_dense, spot.x, spot.y);
+        let key = subject.key(TileProduct::Picture, spot.zoom, spot.is_dense, spot.x, spot.y);
         self.kept_or(&key, || {
             let ticket = self.block(subject, spot)?;
             Ok(Pending::Coming(ticket, place_in_block(spot)))
@@ -143,7 +143,7 @@ impl Studio {
     /// As for [`picture`](Studio::picture).
     pub fn names(self: &Arc<Self>, opened: &Arc<Opened>, style: &str, spot: Spot) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, style, Stage::Full)?;
-        let key = subject.key(Kind::Names, spot.zoom, false, spot.x, spot.y);
+        let key = subject.key(TileProduct::Names, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let ticket = self.block(subject, spot)?;
             // In a product, the names of all tiles follow the pictures.
@@ -158,7 +158,7 @@ impl Studio {
     /// When too many requests wait.
     pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, stage: Stage, spot: Spot) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, HEIGHTS_STYLE, stage)?;
-        let key = subject.key(Kind::Heights, spot.zoom, false, spot.x, spot.y);
+        let key = subject.key(TileProduct::Heights, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let studio = self.clone();
             let work = move || {
@@ -187,7 +187,7 @@ impl Studio {
     /// Asks for the block that a tile is in: the pictures of its tiles, and the names in each.
     fn block(self: &Arc<Self>, subject: Subject, spot: Spot) -> Result<Ticket, Failure> {
         let [x, y] = block_of(spot);
-        let key = subject.key(Kind::Block, spot.zoom, spot.is_dense, x, y);
+        let key = subject.key(TileProduct::Block, spot.zoom, spot.is_dense, x, y);
         let lane = if subject.stage == Stage::Full { Lane::Slow } else { Lane::Quick };
         let studio = self.clone();
         self.queue.ask(lane, key, move || studio.draw(&subject, spot.zoom, spot.is_dense, [x, y]))
@@ -202,7 +202,7 @@ impl Studio {
         let block_pixels = picture.pixels(area);
         for tile in &tiles {
             let bytes = encoded(&block_pixels, area, tile.pixels());
-            self.keep(&subject.key(Kind::Picture, zoom, is_dense, tile.x, tile.y), &bytes);
+            self.keep(&subject.key(TileProduct::Picture, zoom, is_dense, tile.x, tile.y), &bytes);
             product.push(bytes);
         }
         if subject.stage == Stage::Full {
@@ -215,7 +215,7 @@ impl Studio {
                     json!({ "name": name, "kind": kind, "at": [east, north] })
                 });
                 let bytes = json!(names.collect::<Vec<_>>()).to_string().into_bytes();
-                self.keep(&subject.key(Kind::Names, zoom, false, tile.x, tile.y), &bytes);
+                self.keep(&subject.key(TileProduct::Names, zoom, false, tile.x, tile.y), &bytes);
                 product.push(bytes);
             }
         }
