@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::agents::record::TileRecord;
 use crate::area::{Place, TileId};
-use crate::bake::{self, FileRecord, rows_in_flight, store};
+use crate::bake::{self, FileRecord, rows_in_flight, shard_store};
 use crate::error::Error;
 use crate::export::folder::free_bytes;
 use crate::export::format::{FormatCost, folder};
@@ -154,7 +154,7 @@ impl FileKind {
     fn of(file: &FileRecord) -> FileKind {
         let folder = folder(&file.path).to_owned();
         let places = [".aux.xml", ".pgw"].iter().any(|ending| file.path.ends_with(ending));
-        let is_once = (folder.is_empty() && file.export != store::EXPORT) || (places && file.tile.is_none());
+        let is_once = (folder.is_empty() && file.export != shard_store::EXPORT) || (places && file.tile.is_none());
         FileKind { export: file.export.clone(), folder, is_once }
     }
 }

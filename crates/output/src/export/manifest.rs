@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::area::{Place, Region, Stride, TileId};
-use crate::bake::{FileRecord, Shard, store};
+use crate::bake::{FileRecord, Shard, shard_store};
 use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, bounds, web};
@@ -487,7 +487,7 @@ impl Manifest {
         let mut schema = schemars::schema_for!(Manifest);
         let profiles = Profile::ALL.into_iter().map(Profile::name);
         let names: BTreeSet<_> =
-            Export::known().map(Export::name).chain(profiles).chain(["registry", store::EXPORT]).collect();
+            Export::known().map(Export::name).chain(profiles).chain(["registry", shard_store::EXPORT]).collect();
         let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
         // The Rust type is a string; the possible names are known only here.
         export["enum"] = names.into_iter().collect();

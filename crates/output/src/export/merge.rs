@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::area::{Area, Place, Region, TileId};
-use crate::bake::store::{self, Blocks, StoredTile};
+use crate::bake::shard_store::{self, Blocks, StoredTile};
 use crate::bake::{FileRecord, Journal, Sink, corners, hand_on};
 use crate::error::Error;
 use crate::export::folder::begun;
@@ -287,7 +287,7 @@ impl ShardFolder {
 
     /// Returns the files of single tiles.
     fn tile_files(&self) -> impl Iterator<Item = &FileRecord> {
-        let own = [registry::EXPORT, store::EXPORT];
+        let own = [registry::EXPORT, shard_store::EXPORT];
         self.manifest.files.iter().filter(move |file| !own.contains(&&file.export[..]))
     }
 

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::features::sites::SiteFeature;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
-use crate::map::contour::interval_m;
+use crate::map::contour_lines::interval_m;
 use crate::map::drawing::{Draughtsman, Drawing, Strokes};
 use crate::map::frame::MapFrame;
 use crate::map::names::{self, Finders, Writing};

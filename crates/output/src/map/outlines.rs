@@ -3,7 +3,7 @@
 
 use crate::area::Area;
 use crate::geometry::{dot, length};
-use crate::map::contour::{ContourLine, contours, shores};
+use crate::map::contour_lines::{ContourLine, contours, shores};
 use crate::map::label::overlap;
 use crate::map::plotter::{Pen, Plotter, bounds};
 use crate::map::relief::{GroundPixels, ShadedRelief};

@@ -14,10 +14,10 @@ use crate::clock::Clock;
 use crate::geometry::{dot, length};
 use crate::grid::Grid;
 use crate::map::climb::Climb;
-use crate::map::rows::smoothed;
 use crate::map::scale::Scale;
 use crate::map::style::LabelsStyle;
 use crate::map::text::{Placed, shape};
+use crate::map::weighted_sums::smoothed;
 use crate::world::World;
 
 /// Largest distance in millimetres on paper from a coarse node to the next.

@@ -3,13 +3,13 @@
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
-use crate::map::rows::{smoothed, weigh};
 use crate::map::scale::Scale;
 use crate::map::signs::REACH;
 use crate::map::sky;
 use crate::map::style::{Colour, Style};
 use crate::map::terrain::{MapTerrain, Nodes};
 use crate::map::tint::Tints;
+use crate::map::weighted_sums::{smoothed, weigh};
 use crate::simd::dispatch;
 use crate::tile::Material;
 use crate::world::World;

@@ -435,7 +435,7 @@ impl Style {
 
     /// Returns the JSON schema of style files.
     pub fn schema() -> serde_json::Value {
-        let mut schema = crate::recipe::form::schema::<Style>();
+        let mut schema = crate::recipe::schema::of::<Style>();
         schema["properties"]["extends"] = json!({
             "type": "string",
             "description": "A built-in style, or the path of a file from this one's folder, on which this one is built: its \

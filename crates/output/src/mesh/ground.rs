@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use super::cells;
+use super::cut_cells;
 use super::waterline::Waterlines;
 use super::{Facet, Surface};
 use crate::area::Area;
@@ -57,7 +57,7 @@ impl Ground {
         waters: &Waterlines,
         bound_m: Option<f64>,
     ) -> Ground {
-        let Some(bound_m) = bound_m else { return cells::cut(surface, heights, area, waters) };
+        let Some(bound_m) = bound_m else { return cut_cells::cut(surface, heights, area, waters) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
         // Drop vertices so near to a shore that they would make slivers, but not on the tile's edge, or neighbours

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::file::{FileRecord, Finished};
-use crate::web::draft::{Set, TilePicture};
+use crate::web::block_painter::{Set, TilePicture};
 use crate::web::mbtiles::MbTiles;
 use crate::web::meta::{Described, Meta};
 use crate::web::pmtiles::PmTiles;

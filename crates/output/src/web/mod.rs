@@ -1,12 +1,12 @@
 //! Web maps: a pyramid of tiles, packed for the web and the desktop, and a page that shows it without any network.
 //!
 //! ```text
-//!   mercator.rs   the plane of web maps, in which the metres of a world lie: degrees
-//!   pyramid.rs    bounds, metres of a cell -> zoom levels, tiles, and blocks of tiles that are drawn at once
-//!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   the metadata of each file
-//!   draft.rs      blocks, functions that draw -> the pictures of tiles
-//!   folder.rs     a file per tile, and a list of the files      mbtiles.rs   a database      pmtiles.rs   an archive
-//!   archives.rs   the MBTiles and PMTiles archives of a layer
+//!   mercator.rs        the plane of web maps, in which the metres of a world lie: degrees
+//!   pyramid.rs         bounds, metres of a cell -> zoom levels, tiles, and blocks of tiles that are drawn at once
+//!   encode.rs          pixels -> WebP, PNG; heights -> colours, scripts     meta.rs   the metadata of each file
+//!   block_painter.rs   blocks, functions that draw -> the pictures of tiles
+//!   folder.rs          a file per tile, a list of the files     mbtiles.rs   a database     pmtiles.rs   an archive
+//!   archives.rs        the MBTiles and PMTiles archives of a layer
 //!   page.rs, viewer.html, viewer.css, viewer.js   the page; the explorer shares the last two
 //! ```
 //!
@@ -15,7 +15,7 @@
 //! tiles, and a tile has the same bytes in every map that holds it.
 
 mod archives;
-mod draft;
+mod block_painter;
 mod encode;
 mod folder;
 mod mbtiles;
@@ -25,7 +25,7 @@ mod page;
 mod pmtiles;
 mod pyramid;
 
-pub use draft::HEIGHT_SPACING_PX;
+pub use block_painter::HEIGHT_SPACING_PX;
 pub use encode::{HEIGHT_STEP_M, TileEncoding, height_text, terrain_height_m, terrain_rgb};
 pub(crate) use folder::LISTING;
 pub use meta::Meta;
@@ -41,7 +41,7 @@ use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::file::{PartFile, make_folder, remove};
 use archives::Archives;
-use draft::{BlockPainter, HEIGHTS, Set, TilePicture};
+use block_painter::{BlockPainter, HEIGHTS, Set, TilePicture};
 
 /// Name of this export in the records of files.
 const EXPORT: &str = "web";
@@ -171,7 +171,7 @@ pub fn write(
     content: &MapContent,
     progress: &dyn Fn(u64),
 ) -> Result<Written, Error> {
-    let sets = draft::sets(choice, content);
+    let sets = block_painter::sets(choice, content);
     begin(folder, &sets)?;
     let archives = sets.iter().map(|set| Archives::create(folder, pyramid, meta, choice, set));
     let mut archives: Vec<Archives> = archives.collect::<Result<_, _>>()?;

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::file::write_whole;
-use crate::web::draft::HEIGHT_SPACING_PX;
+use crate::web::block_painter::HEIGHT_SPACING_PX;
 use crate::web::encode::HEIGHT_STEP_M;
 use crate::web::meta::{Meta, ground};
 use crate::web::{Choice, EXPORT, Feature, MapContent, Pyramid};

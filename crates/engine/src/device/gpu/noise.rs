@@ -9,15 +9,15 @@ use rayon::prelude::*;
 use wgpu::{ComputePass, ComputePipeline};
 
 use super::adapter::Gpu;
-use super::job::{BAND_WORDS, Band, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
-use super::slot::{Slot, Slots, Submission, Words};
+use super::bands::{BAND_WORDS, Band, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
+use super::submission::{Slot, Slots, Submission, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::Land;
-use crate::lines::{Imprint, Line, packed};
-use crate::noise::packed::BLOCK;
+use crate::lines::{Imprint, Line, gpu_words};
+use crate::noise::gpu_words::BLOCK;
 use crate::relief::{NoiseRelief, PackedRelief, VertexBlock};
 use crate::tile::{Blend, GroundRule, Normals, Tile, TilePlan, TileSurface};
 use crate::world::World;
@@ -90,7 +90,7 @@ impl NoiseMaker {
     /// Makes the job of a tile from its vertices, the land that it is made of, and its lines; `None` if the kernels do
     /// not support these lines.
     pub(super) fn tile_job<'a>(cells: Area, land: Area, lines: impl IntoIterator<Item = &'a Line>) -> Option<LandJob> {
-        let mut lines = packed::pack(lines, land)?;
+        let mut lines = gpu_words::pack(lines, land)?;
         if lines[0] == 0 {
             lines.clear();
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::adapter::{Adapter, Gpu};
-use super::job::LandJob;
+use super::bands::LandJob;
 use super::noise::NoiseMaker;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::Clock;

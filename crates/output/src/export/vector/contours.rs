@@ -17,7 +17,7 @@ use crate::contour::{Edge, crossed, share};
 use crate::features::layer::{GeometryType, Head, ValueKind};
 use crate::features::{Row, Value};
 use crate::grid::Grid;
-use crate::map::contour::{INDEX, interval_m};
+use crate::map::contour_lines::{INDEX, interval_m};
 use crate::tile::Tile;
 use crate::world::World;
 

@@ -1,6 +1,6 @@
 //! Jobs for a GPU, divided into bands of rows, and bands grouped into submissions.
 
-use super::slot::Slots;
+use super::submission::Slots;
 use crate::area::Area;
 use crate::relief::VertexBlock;
 use crate::tile::RUBBLE_REACH;
@@ -12,7 +12,7 @@ pub(super) struct LandJob {
     pub land: Area,
     /// Vertices of the tile. The land extends around them as far as the tile's ground depends on it.
     pub cells: Option<Area>,
-    /// Packed lines that shape the land ([`pack`](crate::lines::packed::pack)); empty if there are none.
+    /// Packed lines that shape the land ([`pack`](crate::lines::gpu_words::pack)); empty if there are none.
     pub lines: Vec<u32>,
 }
 
@@ -41,7 +41,7 @@ pub(super) const TABLE: usize = BANDS * BAND_WORDS;
 const MOST_BLOCKS: usize = 65_535;
 
 /// Number of rows by which a band grows while there is room.
-const ROWS: i64 = crate::noise::packed::BLOCK[1] as i64;
+const ROWS: i64 = crate::noise::gpu_words::BLOCK[1] as i64;
 
 /// Inputs of the tiles' ground other than land: noise, and rubble.
 #[derive(Clone, Copy, Debug, Default)]

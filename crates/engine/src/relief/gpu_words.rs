@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::noise::{NoiseRelief, Share};
 use super::strided::StridedFractal;
 use crate::area::Area;
-use crate::noise::packed::{BLOCK, put};
+use crate::noise::gpu_words::{BLOCK, put};
 
 /// Several reliefs of noise, packed one after the other.
 #[derive(Clone, Debug, Default)]

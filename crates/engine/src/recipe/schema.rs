@@ -1,4 +1,4 @@
-//! The form of settings: keys, types and ranges, all from the JSON schema that follows from Rust types and attributes.
+//! The schema of settings: keys, types and ranges, all in the JSON schema that follows from Rust types and attributes.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -9,7 +9,7 @@ use crate::error::nearest;
 use crate::recipe::fault::{Fault, KeyPath};
 
 /// Returns the JSON schema of settings, the source of all keys, types and ranges.
-pub fn schema<T: JsonSchema>() -> Value {
+pub fn of<T: JsonSchema>() -> Value {
     schemars::schema_for!(T).to_value()
 }
 
@@ -17,7 +17,7 @@ pub fn schema<T: JsonSchema>() -> Value {
 pub(crate) fn check<T: JsonSchema + Serialize>(settings: &T, path: &KeyPath) -> Result<(), Fault> {
     let text = toml::to_string(settings).expect("settings can be written as TOML");
     let table = DeTable::parse(&text).expect("what was written is TOML").into_inner();
-    let schema = schema::<T>();
+    let schema = of::<T>();
     SchemaCheck::new("preset", &schema).check(&schema, &DeValue::Table(table), path)
 }
 
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn every_number_has_bounds_and_its_documentation_says_them() {
-        let schema = schema::<Preset>();
+        let schema = of::<Preset>();
         let mut found = Vec::new();
         numbers(&SchemaCheck::new("preset", &schema), &schema, "", &mut found);
         assert!(found.len() > 70, "{} numbers", found.len());
