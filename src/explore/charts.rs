@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::error::Error;
-use crate::explore::spot::{Stage, pixel_m};
+use crate::explore::tile_address::{Stage, pixel_m};
 use crate::explore::worlds::Opened;
 use crate::map::Chart;
 use crate::map::scale::Scale;

@@ -9,7 +9,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::explore::spot::{Spot, Stage};
+use crate::explore::tile_address::{Stage, TileAddress};
 
 /// The reason why a request is not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -136,17 +136,17 @@ pub(super) enum ReadRequest {
         world: String,
         style: String,
         stage: Stage,
-        spot: Spot,
+        spot: TileAddress,
     },
     Heights {
         world: String,
         stage: Stage,
-        spot: Spot,
+        spot: TileAddress,
     },
     Names {
         world: String,
         style: String,
-        spot: Spot,
+        spot: TileAddress,
     },
     Find {
         world: String,
@@ -230,12 +230,12 @@ fn find(world: String, query: &str) -> Result<ReadRequest, Failure> {
     Ok(ReadRequest::Find { world, query, near_km, limit })
 }
 
-fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<Spot, Failure> {
+fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<TileAddress, Failure> {
     let wrong = || Failure::malformed(format!("{zoom}/{x}/{y} is no tile"));
     let zoom = natural(zoom).map_err(|_| wrong())?;
     let [x, y] = [x, y].map(integer);
     let (Some(x), Some(y)) = (x, y) else { return Err(wrong()) };
-    Spot::new(zoom, x, y, is_dense).ok_or_else(wrong)
+    TileAddress::new(zoom, x, y, is_dense).ok_or_else(wrong)
 }
 
 /// Parses a whole number only as it is usually written, so that no tile has two addresses.
@@ -293,10 +293,10 @@ mod tests {
     #[test]
     fn tiles_have_one_address_each_and_others_are_malformed() {
         let tile = |path: &str| read(path, "").map_err(|failure| failure.status as u16);
-        let spot = Spot::new(9, -3, 12, true).unwrap();
+        let spot = TileAddress::new(9, -3, 12, true).unwrap();
         let asked = ReadRequest::Tile { world: "0f".into(), style: "atlas".into(), stage: Stage::Full, spot };
         assert_eq!(tile("/w/0f/atlas/full/9/-3/12@2x.webp"), Ok(asked));
-        let spot = Spot::new(0, 0, -1, false).unwrap();
+        let spot = TileAddress::new(0, 0, -1, false).unwrap();
         let heights = ReadRequest::Heights { world: "0f".into(), stage: Stage::Glance, spot };
         assert_eq!(tile("/w/0f/heights/glance/0/0/-1.js"), Ok(heights));
         for wrong in

@@ -30,7 +30,7 @@ use crate::explore::heap;
 use crate::explore::page;
 use crate::explore::queue::{Lane, Queue};
 use crate::explore::request::{Failure, ReadRequest, Sender, Status, read};
-use crate::explore::saved::save;
+use crate::explore::save_preset::save;
 use crate::explore::search::Search;
 use crate::explore::tiles::Studio;
 use crate::explore::worlds::{FILE, Given, Opened, WorldRecipe, Worlds};

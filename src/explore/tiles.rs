@@ -10,7 +10,7 @@ use crate::explore::cache::Cache;
 use crate::explore::charts::Charts;
 use crate::explore::queue::{Lane, Product, Queue, Ticket};
 use crate::explore::request::Failure;
-use crate::explore::spot::{Spot, Stage};
+use crate::explore::tile_address::{Stage, TileAddress};
 use crate::explore::worlds::Opened;
 use crate::map::Chart;
 use crate::map::style::STYLES;
@@ -102,17 +102,17 @@ impl Subject {
 }
 
 /// Returns the tiles of a block, from the north-west row by row.
-fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<Spot> {
+fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<TileAddress> {
     if is_dense {
-        return vec![Spot { zoom, x, y, is_dense }];
+        return vec![TileAddress { zoom, x, y, is_dense }];
     }
     [(0, 0), (1, 0), (0, 1), (1, 1)]
-        .map(|(right, down)| Spot { zoom, x: 2 * x + right, y: 2 * y + down, is_dense })
+        .map(|(right, down)| TileAddress { zoom, x: 2 * x + right, y: 2 * y + down, is_dense })
         .to_vec()
 }
 
 /// Returns the column and row of the block that a tile is in.
-fn block_of(spot: Spot) -> [i64; 2] {
+fn block_of(spot: TileAddress) -> [i64; 2] {
     let Area { x0, y0, .. } = spot.pixels();
     [x0, y0].map(|at| at.div_euclid(BLOCK_PX))
 }
@@ -127,7 +127,7 @@ impl Studio {
         opened: &Arc<Opened>,
         style: &str,
         stage: Stage,
-        spot: Spot,
+        spot: TileAddress,
     ) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, style, stage)?;
         let key = subject.key(TileProduct::Picture, spot.zoom, spot.is_dense, spot.x, spot.y);
@@ -141,7 +141,7 @@ impl Studio {
     ///
     /// # Errors
     /// As for [`picture`](Studio::picture).
-    pub fn names(self: &Arc<Self>, opened: &Arc<Opened>, style: &str, spot: Spot) -> Result<Pending, Failure> {
+    pub fn names(self: &Arc<Self>, opened: &Arc<Opened>, style: &str, spot: TileAddress) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, style, Stage::Full)?;
         let key = subject.key(TileProduct::Names, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
@@ -156,7 +156,12 @@ impl Studio {
     ///
     /// # Errors
     /// When too many requests wait.
-    pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, stage: Stage, spot: Spot) -> Result<Pending, Failure> {
+    pub fn heights(
+        self: &Arc<Self>,
+        opened: &Arc<Opened>,
+        stage: Stage,
+        spot: TileAddress,
+    ) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, HEIGHTS_STYLE, stage)?;
         let key = subject.key(TileProduct::Heights, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
@@ -185,7 +190,7 @@ impl Studio {
     }
 
     /// Asks for the block that a tile is in: the pictures of its tiles, and the names in each.
-    fn block(self: &Arc<Self>, subject: Subject, spot: Spot) -> Result<Ticket, Failure> {
+    fn block(self: &Arc<Self>, subject: Subject, spot: TileAddress) -> Result<Ticket, Failure> {
         let [x, y] = block_of(spot);
         let key = subject.key(TileProduct::Block, spot.zoom, spot.is_dense, x, y);
         let lane = if subject.stage == Stage::Full { Lane::Slow } else { Lane::Quick };
@@ -224,7 +229,7 @@ impl Studio {
 }
 
 /// Returns the index of a tile among the tiles of its block.
-fn place_in_block(spot: Spot) -> usize {
+fn place_in_block(spot: TileAddress) -> usize {
     let tiles = tiles_of(spot.zoom, spot.is_dense, block_of(spot));
     tiles.iter().position(|tile| *tile == spot).expect("a tile is in its block")
 }
@@ -240,7 +245,7 @@ fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
 }
 
 /// Returns a script with the heights of every second pixel of a tile, up to the first row and column of the next tiles.
-fn height_script(chart: &Chart, spot: Spot) -> String {
+fn height_script(chart: &Chart, spot: TileAddress) -> String {
     let mut area = spot.pixels();
     area.x1 += 1;
     area.y1 += 1;

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::explore::spot::{MAX_ZOOM, REACH, pixel_m};
+use crate::explore::tile_address::{MAX_ZOOM, REACH, pixel_m};
 use crate::find::Finder;
 use crate::generator;
 use crate::map::Chart;
