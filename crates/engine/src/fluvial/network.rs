@@ -22,7 +22,7 @@ use super::fields::{Fields, most_area};
 use super::grain_point::{Point, overlap, padded};
 use super::lake;
 use super::segment::{Reach, Segments, segments_of, touches, widened};
-use super::segments_above::{self, Above, Asked, AsksAbove, Patch, PatchId};
+use super::segments_above::{self, Above, AsksAbove, ChannelPart, Patch, PatchId};
 use super::tributary::Tributaries;
 use super::tributary_course;
 use super::trunk_course::{self, TrunkCourses};
@@ -199,9 +199,9 @@ impl Network {
 }
 
 impl AsksAbove for Network {
-    fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above {
+    fn above(&self, level: u32, rectangle: [Point; 2], part: ChannelPart) -> Above {
         let origin = segments_above::origin(&self.fields, rectangle[0]);
-        let ids = (0..level).flat_map(|level| segments_above::patches(&self.fields, level, rectangle, asked, origin));
+        let ids = (0..level).flat_map(|level| segments_above::patches(&self.fields, level, rectangle, part, origin));
         let patches = ids.map(|id| self.patch(id)).collect();
         Above { origin, patches }
     }

@@ -281,9 +281,9 @@ impl Segment {
     }
 }
 
-/// Bounds of the places and values of some segments.
+/// SegmentBounds of the places and values of some segments.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub struct SegmentBounds {
     /// The corners of their bounding box.
     rectangle: [DVec2; 2],
     /// The heights in metres of their lowest and their highest water.
@@ -295,10 +295,10 @@ pub struct Bounds {
     most_sunk: f64,
 }
 
-impl Bounds {
+impl SegmentBounds {
     /// Returns the bounds of these segments; without any, no place is near enough to matter.
-    pub fn of(segments: &[Segment]) -> Bounds {
-        let none = Bounds {
+    pub fn of(segments: &[Segment]) -> SegmentBounds {
+        let none = SegmentBounds {
             rectangle: [DVec2::INFINITY, DVec2::NEG_INFINITY],
             level_m: [f64::INFINITY, f64::NEG_INFINITY],
             gentlest_cross: f64::INFINITY,
@@ -309,7 +309,7 @@ impl Bounds {
         };
         segments.iter().fold(none, |all, segment| {
             let ([low, high], [all_low, all_high]) = (segment.bounds(), all.rectangle);
-            Bounds {
+            SegmentBounds {
                 rectangle: [all_low.min(low), all_high.max(high)],
                 level_m: [least(all.level_m[0], segment.lowest_m()), most(all.level_m[1], segment.highest_m())],
                 gentlest_cross: least(all.gentlest_cross, segment.gentlest_cross()),
@@ -389,7 +389,7 @@ impl Circle {
     }
 
     /// Returns a lower bound of the grains from some segments to the nearest place in the circle.
-    pub fn least_of(&self, bounds: &Bounds) -> f64 {
+    pub fn least_of(&self, bounds: &SegmentBounds) -> f64 {
         self.left(bounds.least_square(self.middle))
     }
 

@@ -12,9 +12,9 @@ use super::fields::{BESIDE, Fields, most_area};
 use super::grain_point::{Point, chance, overlap, padded};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::plane::lines;
-use super::segment::{Bounds, Circle, Segment, segments_of};
-use super::segments_above::{self, Above, Asked, AsksAbove};
-use super::tributary_bed::{Bed, Beside, LargerValleys, beside_m};
+use super::segment::{Circle, Segment, SegmentBounds, segments_of};
+use super::segments_above::{self, Above, AsksAbove, ChannelPart};
+use super::tributary_bed::{Bed, GentlestSides, LargerValleys, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk_curve::DROWNED_SLOPE;
 use super::trunk_lattice::NodeId;
@@ -58,7 +58,7 @@ impl Surroundings {
 
     /// Returns the lines that the tributary must not cross, those of larger valleys among them.
     fn lines(&self, valleys: LargerValleys) -> Vec<LineSegment> {
-        let may_touch = |bounds: &Bounds| bounds.touches(self.middle, self.reach);
+        let may_touch = |bounds: &SegmentBounds| bounds.touches(self.middle, self.reach);
         let lines = self.courses.iter().copied().chain(valleys.which(&may_touch).map(Segment::line));
         lines.filter(|line| line.touches(self.middle.into(), self.reach)).collect()
     }
@@ -124,7 +124,7 @@ impl Tributaries {
         let way = head.from(shore);
         let (middle, reach) = (shore.moved(way / 2.0), way.length());
         let cell = self.fields.side(id.0) as f64;
-        let above_here = above.above(id.0, middle.square(NEAR * (reach + cell)), Asked::Sides);
+        let above_here = above.above(id.0, middle.square(NEAR * (reach + cell)), ChannelPart::Sides);
         let origin = above_here.origin;
         let others = self.courses.touching(id.0, middle.square(reach), above, true).into_iter();
         let others = others.filter(|other| *other != id);
@@ -191,7 +191,7 @@ impl Tributaries {
         let is_own = |at: Point| !larger.iter().any(|segment| segment.has_on_floor(at.from(origin)));
         let others = segments_of_all(fields, others.iter(), origin);
         near.extend(&others);
-        let beside = Beside { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
+        let beside = GentlestSides { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
             let at = at.from(origin);

@@ -8,7 +8,7 @@ use super::bed_cut::{INCISION, nearly_below};
 use super::channel::Knot;
 use super::fields::{BESIDE, Fields, most_area};
 use super::grain_point::Point;
-use super::segment::{Bounds, Circle, Segment, rise};
+use super::segment::{Circle, Segment, SegmentBounds, rise};
 use super::segments_above::Above;
 use super::trunk_lattice::LEAST_SLOPE;
 use crate::geometry::{come, lerp};
@@ -40,14 +40,14 @@ pub(super) struct LargerValleys<'a> {
 
 impl<'a> LargerValleys<'a> {
     /// Returns the segments of the valleys, without the groups whose bounds show that they do not matter.
-    pub fn which(self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
+    pub fn which(self, may_matter: impl Fn(&SegmentBounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
         self.above.beneath(self.middle, self.brook, may_matter)
     }
 
     /// Returns the segments that may decide [how high a bed keeps](beside_m) somewhere in a circle.
-    fn nearly_above(self, circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
+    fn nearly_above(self, circle: &Circle, beside: GentlestSides) -> Vec<&'a Segment> {
         let highest_m = Cell::new(f64::NEG_INFINITY);
-        let may_be_higher = |bounds: &Bounds| {
+        let may_be_higher = |bounds: &SegmentBounds| {
             bounds.level_m[1] - beside.rise_m(bounds.least_square(circle.middle).sqrt()) > highest_m.get()
         };
         self.which(&may_be_higher).for_each(|segment| {
@@ -59,14 +59,14 @@ impl<'a> LargerValleys<'a> {
         // Nowhere in the circle is the height less than this.
         let least_m = highest_m.get() - beside.slope * circle.radius;
         let may_decide = |highest_m: f64, grains: f64| highest_m - beside.rise_m(grains) >= least_m;
-        let may_matter = |bounds: &Bounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
+        let may_matter = |bounds: &SegmentBounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
         self.which(&may_matter).filter(|segment| may_decide(segment.highest_m(), circle.least(segment))).collect()
     }
 
     /// Returns the segments whose sides may be below a height somewhere in a circle, if hillsides rise `slope` metres a
     /// grain.
     pub fn nearly_below(self, circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
-        let may_matter = |bounds: &Bounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
+        let may_matter = |bounds: &SegmentBounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
         self.which(&may_matter)
             .filter(|segment| segment.may_be_below(circle.least(segment).powi(2), slope, most_m))
             .collect()
@@ -91,7 +91,7 @@ pub(super) struct Bed<'a> {
     /// Metres a grain that hillsides rise.
     hillside: f64,
     /// The gentlest sides that the bed may have.
-    beside: Beside,
+    beside: GentlestSides,
     is_wet: bool,
     /// The segments of larger valleys that may decide how high the bed keeps, and those whose sides may be below it.
     above: Vec<&'a Segment>,
@@ -123,7 +123,7 @@ impl<'a> Bed<'a> {
         // Near the larger valley hillsides may be gentler than at the head.
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
-        let beside = Beside { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
+        let beside = GentlestSides { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
         let rises_m = rises_m(fields, level, uplift, shore.level_m, &way_m);
@@ -273,12 +273,12 @@ fn rises_m(fields: &Fields, level: u32, uplift: f64, shore_m: f64, way_m: &[f64]
 /// The gentlest sides that a bed may have: they rise `slope` metres a grain, beside a rounded floor of the half width
 /// `trough` in grains.
 #[derive(Clone, Copy)]
-pub(super) struct Beside {
+pub(super) struct GentlestSides {
     pub slope: f64,
     pub trough: f64,
 }
 
-impl Beside {
+impl GentlestSides {
     /// Returns the metres that a side rises within some grains.
     fn rise_m(self, grains: f64) -> f64 {
         self.slope * rise(grains, 0.0, self.trough, 0.0)
@@ -293,7 +293,7 @@ impl Beside {
 
 /// Returns the height in metres above which a bed with such sides keeps at a place, so that it does not take the water
 /// of larger channels beside it.
-pub(super) fn beside_m(near: &[&Segment], at: DVec2, beside: Beside) -> f64 {
+pub(super) fn beside_m(near: &[&Segment], at: DVec2, beside: GentlestSides) -> f64 {
     near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
         let above_m = beside.above_m(segment, at);
         // Not `max`, which also checks for NaN.

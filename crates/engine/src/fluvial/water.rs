@@ -248,7 +248,7 @@ impl<'a> FillWater<'a> {
     pub fn fill(&self, area: Area) -> Land {
         let (mut heights, mut water) = (Grid::filled(area, 0.0), Water::none(area));
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
-        let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), Bounds::NONE);
+        let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), BoundingBox::NONE);
         for (index, bounds) in bounds.values_mut().iter_mut().enumerate() {
             let block = block(area, [(index % columns) as i64, (index / columns) as i64]);
             *bounds = self.bounds(block);
@@ -276,13 +276,13 @@ impl<'a> FillWater<'a> {
     }
 
     /// Returns the bounds of the displaced nodes of a block, in the plane of the network.
-    fn bounds(&self, block: Area) -> Bounds {
+    fn bounds(&self, block: Area) -> BoundingBox {
         let displaced =
             self.nodes.extremes(block).map(|metres| DVec2::from(metres.map(f64::from)) / self.fields.metres_a_grain());
         let place =
             |x: i64, y: i64| Point::at_vertex(x * self.nodes.step, y * self.nodes.step).from(self.segments.origin);
         let corners = [place(block.x0, block.y0), place(block.x1 - 1, block.y1 - 1)];
-        Bounds { low: corners[0] + displaced[0], high: corners[1] + displaced[1] }
+        BoundingBox { low: corners[0] + displaced[0], high: corners[1] + displaced[1] }
     }
 
     /// Returns the place of a node in grains east and south of the segments' origin, and its displacement by the warp.
@@ -483,8 +483,13 @@ fn block(area: Area, [column, row]: [i64; 2]) -> Area {
 
 /// Calls `take` with each block of `part`, and with the wet segments whose beds may hold one of its nodes. The part is
 /// halved again and again, and each half tests only the segments that its whole had left.
-fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut impl FnMut([i64; 2], &[WetSegment])) {
-    let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
+fn wet_blocks(
+    part: Area,
+    bounds: &Grid<BoundingBox>,
+    wet: &[WetSegment],
+    take: &mut impl FnMut([i64; 2], &[WetSegment]),
+) {
+    let bounds_of_part = part.vertices().fold(BoundingBox::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
     let (middle, half) = bounds_of_part.middle_and_half();
     let holds = |wet: &WetSegment| wet.line.touches(middle.into(), wet.reach + half);
     let wet: Vec<WetSegment> = wet.iter().copied().filter(holds).collect();
@@ -498,17 +503,17 @@ fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut 
 
 /// The bounding box of places.
 #[derive(Clone, Copy)]
-struct Bounds {
+struct BoundingBox {
     low: DVec2,
     high: DVec2,
 }
 
-impl Bounds {
+impl BoundingBox {
     /// The bounding box of no place.
-    const NONE: Bounds = Bounds { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
+    const NONE: BoundingBox = BoundingBox { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
 
-    fn hull(self, other: Bounds) -> Bounds {
-        Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
+    fn hull(self, other: BoundingBox) -> BoundingBox {
+        BoundingBox { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// Returns the middle, and half of the longer side.

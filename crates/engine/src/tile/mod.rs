@@ -21,7 +21,7 @@ pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
-pub(crate) use surface::Surface;
+pub(crate) use surface::TileSurface;
 #[cfg(feature = "gpu")]
 pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
 pub use view::TileView;
@@ -162,18 +162,18 @@ impl Tile {
     pub(crate) fn of_plan(world: &World, plan: TilePlan, land: Land, clock: &Clock) -> Tile {
         let lines = plan.lines.iter().map(AsRef::as_ref);
         let imprint = clock.time(stage::IMPRINT, || Imprint::new(&land.heights, land.water.as_ref(), lines));
-        let (land, surface) = Surface::of_land(world, plan.id, land, imprint, clock);
+        let (land, surface) = TileSurface::of_land(world, plan.id, land, imprint, clock);
         Tile::build(world, plan, land, surface)
     }
 
     /// Builds the tile of a plan, given its land as shaped by lines, and the surface of that land.
-    pub(crate) fn build(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
+    pub(crate) fn build(world: &World, plan: TilePlan, land: Land, surface: TileSurface) -> Tile {
         let TilePlan { id, mut lines, crossings, sites, .. } = plan;
         let area = id.area(world.tile_cells());
         // Only lines within the heights seen on the tile, slopes included, concern the tile.
         let near = normals::input(area);
         lines.retain(|line| line.concerns(&near));
-        let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
+        let (Land { heights, water }, TileSurface { normals, blend, imprint }) = (land, surface);
         let (spacing_m, derived) = (world.spacing_m(), masks::Derived::default());
         Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
     }

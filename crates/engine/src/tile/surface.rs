@@ -9,14 +9,14 @@ use crate::world::World;
 
 /// Normals, materials and imprint of a tile's land.
 #[derive(Debug)]
-pub(crate) struct Surface {
+pub(crate) struct TileSurface {
     pub normals: Normals,
     pub blend: Blend,
     /// The imprint of lines in the land; `None` where they have left none.
     pub imprint: Option<Imprint>,
 }
 
-impl Surface {
+impl TileSurface {
     /// Lets the imprint of lines shape a tile's land. Returns the land that the tile depends on, and its surface.
     ///
     /// # Panics
@@ -27,7 +27,7 @@ impl Surface {
         mut land: Land,
         mut imprint: Option<Imprint>,
         clock: &Clock,
-    ) -> (Land, Surface) {
+    ) -> (Land, TileSurface) {
         let cells = id.area(world.tile_cells());
         let shaped = shaped_input(world, cells);
         if let Some(imprint) = &imprint {
@@ -37,7 +37,7 @@ impl Surface {
             land = land.part(shaped);
             imprint = imprint.map(|imprint| imprint.part(shaped));
         }
-        let surface = Surface::new(&GroundRule::of(world), &land, imprint, cells, clock);
+        let surface = TileSurface::new(&GroundRule::of(world), &land, imprint, cells, clock);
         (land, surface)
     }
 
@@ -46,7 +46,7 @@ impl Surface {
     ///
     /// # Panics
     /// When `land` does not hold the [input](crate::tile::shaped_input) of the area.
-    pub fn new(rule: &GroundRule, land: &Land, imprint: Option<Imprint>, area: Area, clock: &Clock) -> Surface {
+    pub fn new(rule: &GroundRule, land: &Land, imprint: Option<Imprint>, area: Area, clock: &Clock) -> TileSurface {
         let Land { heights, water } = land;
         // Central differences, which reach across the tile's edge.
         let normals = clock.time(stage::NORMALS, || Normals::new(heights, area, rule.spacing_m()));
@@ -58,6 +58,6 @@ impl Surface {
             }
             blend
         });
-        Surface { normals, blend, imprint }
+        TileSurface { normals, blend, imprint }
     }
 }

@@ -40,7 +40,7 @@ use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::lines::{Line, Lines};
-use crate::tile::{self, Surface, Tile, TilePlan};
+use crate::tile::{self, Tile, TilePlan, TileSurface};
 use crate::world::World;
 use classic::TileAgents;
 
@@ -364,7 +364,7 @@ fn stand(
     let imprint = records.and_then(|_| clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings)));
     let lines: Lines = lines.into_iter().map(Arc::new).collect();
     let crossings: Lines = crossings.into_iter().map(|(_, line)| Arc::new(line)).collect();
-    let (land, surface) = Surface::of_land(world, id, Land { heights, water: None }, imprint, clock);
+    let (land, surface) = TileSurface::of_land(world, id, Land { heights, water: None }, imprint, clock);
     Tile::build(world, TilePlan::of_lines(world, id, lines, crossings), land, surface)
 }
 

@@ -10,19 +10,19 @@ const GAP_MM: f64 = 0.6;
 
 /// The frame of a map that ends at its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Frame {
+pub(super) struct MapFrame {
     /// Edges of the map in pixels: west, north, east and south.
     map: [f64; 4],
     /// The part of the map that letters may cover.
     room: [f64; 4],
 }
 
-impl Frame {
+impl MapFrame {
     /// Creates the frame around an area of pixels.
-    pub fn new(area: Area, scale: Scale) -> Frame {
+    pub fn new(area: Area, scale: Scale) -> MapFrame {
         let map = [area.x0, area.y0, area.x1, area.y1].map(|at| at as f64);
         let gap = scale.pixels(GAP_MM);
-        Frame { map, room: [map[0] + gap, map[1] + gap, map[2] - gap, map[3] - gap] }
+        MapFrame { map, room: [map[0] + gap, map[1] + gap, map[2] - gap, map[3] - gap] }
     }
 
     /// True if the map shows a place.
@@ -102,7 +102,8 @@ mod tests {
 
     #[test]
     fn a_line_that_leaves_the_map_and_comes_back_has_two_parts() {
-        let frame = Frame::new(Area::new(0, 0, 100, 50), Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 / GAP_MM });
+        let frame =
+            MapFrame::new(Area::new(0, 0, 100, 50), Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 / GAP_MM });
         let line = [[-20.0, 10.0], [50.0, 10.0], [50.0, 80.0], [70.0, 80.0], [70.0, 20.0], [80.0, 20.0]];
         let parts = frame.parts(&line);
         let first = vec![[1.0, 10.0], [50.0, 10.0], [50.0, 49.0]];

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use crate::geometry::{LineSegment, length};
 use crate::hash;
 use crate::map::plotter::{Shape, bounds};
-use crate::map::text::{Course, Quad};
+use crate::map::text::{MeasuredLine, Quad};
 
 /// Distance in metres between two places for houses along a road.
 const APART_M: f64 = 18.0;
@@ -38,7 +38,7 @@ pub(super) struct Town {
 }
 
 /// A place for a house. Its order is the number of its road and its own number along that road.
-struct Place {
+struct HousePlot {
     order: (u64, i64),
     quad: Quad,
 }
@@ -56,17 +56,17 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
             x + reach >= west && x - reach <= east && y + reach >= north && y - reach <= south
         };
         let near: Vec<&Town> = towns.iter().filter(is_near).collect();
-        let Some(course) = Course::new(road).filter(|_| !near.is_empty()) else { continue };
-        let count = (course.length() / px(APART_M)) as i64;
+        let Some(measured) = MeasuredLine::new(road).filter(|_| !near.is_empty()) else { continue };
+        let count = (measured.length() / px(APART_M)) as i64;
         for step in 1..count {
-            let middle = course.place(step as f64 * px(APART_M));
+            let middle = measured.place(step as f64 * px(APART_M));
             let off = |town: &&Town| length([town.at[0] - middle[0], town.at[1] - middle[1]]) / radius(town);
             let share = near.iter().map(|town| 1.0 - off(town)).fold(f64::NEG_INFINITY, f64::max);
             if share <= 0.0 {
                 continue;
             }
-            let before = course.place((step as f64 - 0.5) * px(APART_M));
-            let after = course.place((step as f64 + 0.5) * px(APART_M));
+            let before = measured.place((step as f64 - 0.5) * px(APART_M));
+            let after = measured.place((step as f64 + 0.5) * px(APART_M));
             let way = [after[0] - before[0], after[1] - before[1]];
             let long = length(way);
             if long < 0.5 * px(APART_M) {
@@ -87,7 +87,7 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
                     [middle[0] + along[0] * u - along[1] * v, middle[1] + along[1] * u + along[0] * v]
                 };
                 let quad = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                places.push(Place { order: (*number, 2 * step + i64::from(side > 0)), quad });
+                places.push(HousePlot { order: (*number, 2 * step + i64::from(side > 0)), quad });
             }
         }
     }
@@ -95,22 +95,23 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
     let apart = px(LONG_M[1] + 1.0);
     let middle = |quad: &Quad| [0, 1].map(|axis| quad.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0);
     let square = |[x, y]: [f64; 2], half: f64| [x - half, y - half, x + half, y + half];
-    let near_places = Buckets::new(places.iter().map(|place| (square(middle(&place.quad), apart), place)), px(60.0));
+    let near_places =
+        SpatialHash::new(places.iter().map(|place| (square(middle(&place.quad), apart), place)), px(60.0));
     let segments = roads.iter().flat_map(|(_, road)| road.windows(2)).map(|pair| {
         let [west, north, east, south] = bounds(pair.iter());
         ([west - clear, north - clear, east + clear, south + clear], LineSegment::between(pair[0], pair[1]))
     });
-    let near_roads = Buckets::new(segments, px(60.0));
+    let near_roads = SpatialHash::new(segments, px(60.0));
     // Of places that touch, only the first may have a house, even if it then has none: so a house depends on near
     // places alone.
-    let is_first = |place: &&Place| {
+    let is_first = |place: &&HousePlot| {
         let at = middle(&place.quad);
         near_places.at(at).iter().all(|other| {
             let [x, y] = middle(&other.quad);
             other.order >= place.order || length([x - at[0], y - at[1]]) > apart
         })
     };
-    let is_clear = |place: &&Place| {
+    let is_clear = |place: &&HousePlot| {
         let at = middle(&place.quad);
         near_roads.at(at).iter().all(|segment| segment.distance(at) > clear)
     };
@@ -124,14 +125,14 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
 }
 
 /// Items by the squares of a lattice that their bounding boxes meet.
-struct Buckets<T> {
+struct SpatialHash<T> {
     side: f64,
     squares: HashMap<[i64; 2], Vec<T>>,
 }
 
-impl<T: Copy> Buckets<T> {
+impl<T: Copy> SpatialHash<T> {
     /// Sorts items into squares of the given side, by their bounding boxes: west, north, east and south.
-    fn new(things: impl Iterator<Item = ([f64; 4], T)>, side: f64) -> Buckets<T> {
+    fn new(things: impl Iterator<Item = ([f64; 4], T)>, side: f64) -> SpatialHash<T> {
         let mut squares: HashMap<[i64; 2], Vec<T>> = HashMap::new();
         for ([west, north, east, south], thing) in things {
             let [x0, y0, x1, y1] = [west, north, east, south].map(|at| (at / side).floor() as i64);
@@ -139,7 +140,7 @@ impl<T: Copy> Buckets<T> {
                 squares.entry(square).or_default().push(thing);
             }
         }
-        Buckets { side, squares }
+        SpatialHash { side, squares }
     }
 
     /// Returns all items that reach into the square of a place.

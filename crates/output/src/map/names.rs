@@ -9,10 +9,10 @@ use crate::features::sites::SiteFeature;
 use crate::geometry::{come_along, length};
 use crate::hash;
 use crate::map::drawing::{Drawing, NamedRiver};
-use crate::map::frame::Frame;
+use crate::map::frame::MapFrame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::bounds;
-use crate::map::ranges::Seen;
+use crate::map::ranges::CoarseLand;
 use crate::map::scale::Scale;
 use crate::map::style::{LabelStyle, Style};
 use crate::map::summits::Summit;
@@ -99,10 +99,10 @@ pub(super) struct Finders<'a> {
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
-    seen: Option<&Seen<'_>>,
+    seen: Option<&CoarseLand<'_>>,
     finders: &Finders<'_>,
     area: Area,
-    frame: Option<&Frame>,
+    frame: Option<&MapFrame>,
 ) -> Vec<Writing> {
     let mut writer = Writer { style, scale, frame, candidates: Vec::new(), obstacles: Vec::new() };
     writer.write_ranges(seen);
@@ -115,7 +115,7 @@ pub(super) fn write(
     // Every feature that may have a label over a given place has its middle within this distance of the place.
     let reach = scale.pixels(LONGEST_MM + BESIDE_MM) + margin;
     let side = scale.pixels(CELL_MM).ceil() as i64;
-    let [mut sites, mut summits] = [Cells::new(side), Cells::new(side)];
+    let [mut sites, mut summits] = [KnownSquares::new(side), KnownSquares::new(side)];
     let [west, north, east, south] = [visible.x0, visible.y0, visible.x1, visible.y1].map(|at| at as f64);
     let mut near_sites = vec![[west - reach, north - reach, east + reach, south + reach]];
     let mut near_summits = near_sites.clone();
@@ -148,14 +148,14 @@ pub(super) fn write(
 }
 
 /// Squares of a map in which all features of one kind are known.
-struct Cells {
+struct KnownSquares {
     side: i64,
     known: BTreeSet<[i64; 2]>,
 }
 
-impl Cells {
-    fn new(side: i64) -> Cells {
-        Cells { side, known: BTreeSet::new() }
+impl KnownSquares {
+    fn new(side: i64) -> KnownSquares {
+        KnownSquares { side, known: BTreeSet::new() }
     }
 
     /// Returns the squares that meet some rectangles (west, north, east and south) and are not known yet, and marks
@@ -195,7 +195,7 @@ fn find<T: Send>(
 struct Writer<'a> {
     style: &'a Style,
     scale: Scale,
-    frame: Option<&'a Frame>,
+    frame: Option<&'a MapFrame>,
     candidates: Vec<Candidate<Writing>>,
     obstacles: Vec<Quad>,
 }
@@ -216,7 +216,7 @@ enum Class {
 }
 
 /// Kind of a name that is written along rivers: of the river itself or of its valley.
-struct Along {
+struct RiverNameKind {
     class: Class,
     name: &'static str,
     /// Number that keeps the features of this kind apart from those of all others.
@@ -275,7 +275,7 @@ impl Writer<'_> {
         self.frame.is_none_or(|frame| frame.shows(at))
     }
 
-    fn write_ranges(&mut self, seen: Option<&Seen<'_>>) {
+    fn write_ranges(&mut self, seen: Option<&CoarseLand<'_>>) {
         let style = self.style.labels.range;
         for range in seen.iter().flat_map(|seen| seen.ranges()) {
             let feature = number(&[6, range.id[0], range.id[1]]);
@@ -347,14 +347,14 @@ impl Writer<'_> {
         }
     }
 
-    fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&Seen<'_>>) {
+    fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&CoarseLand<'_>>) {
         for river in &drawing.named {
-            let kind = Along { class: Class::River, name: "river", number: 3 };
+            let kind = RiverNameKind { class: Class::River, name: "river", number: 3 };
             let style = self.style.labels.river;
             self.write_along(river, &river.name, &style, kind, |_| true);
             // The name of a valley follows the river as the river's own name does, but further from it.
             if let Some((valley, seen)) = river.valley.as_ref().zip(seen) {
-                let kind = Along { class: Class::Valley, name: "valley", number: 5 };
+                let kind = RiverNameKind { class: Class::Valley, name: "valley", number: 5 };
                 let style = self.style.labels.valley;
                 self.write_along(river, valley, &style, kind, |at| seen.is_valley(at));
             }
@@ -367,7 +367,7 @@ impl Writer<'_> {
         river: &NamedRiver,
         text: &str,
         style: &LabelStyle,
-        Along { class, name: kind, number: stream }: Along,
+        RiverNameKind { class, name: kind, number: stream }: RiverNameKind,
         fits: impl Fn([f64; 2]) -> bool,
     ) {
         let name = self.shaped(text, style);
@@ -471,7 +471,7 @@ mod tests {
     use crate::map::label::overlap;
     use crate::map::{Chart, Picture};
     use crate::preset::Preset;
-    use crate::recipe::source::Sources;
+    use crate::recipe::source::RecipeSources;
     use crate::world::World;
 
     #[test]
@@ -514,7 +514,7 @@ mod tests {
             let scale = Scale { metres_per_pixel: denominator / 2000.0, pixels_per_mm: 2.0 };
             let bounds = [east - km, north - km, east + km, north + km].map(|km| km * 1000.0);
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
-            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let picture = Chart::of_world(&world, style, scale).picture(scale.pixels_of(bounds));
             let within = |at: [f64; 2]| picture.area().meets([at[0], at[1], at[0], at[1]]);
             shown.extend(picture.writings().iter().filter(|writing| within(writing.at)).map(|writing| Shown {
@@ -605,7 +605,7 @@ mod tests {
         ] {
             let (_, preset) = Preset::load(preset).unwrap();
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
-            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let scale = Scale { metres_per_pixel, pixels_per_mm: 2.0 };
             let chart = Chart::new(&preset, Some(5), style, scale).unwrap();
             // Without a frame, the neighbouring picture shows the rest of a name that is cut at the edge.

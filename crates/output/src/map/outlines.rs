@@ -3,10 +3,10 @@
 
 use crate::area::Area;
 use crate::geometry::{dot, length};
-use crate::map::contour::{Contour, contours, shores};
+use crate::map::contour_lines::{ContourLine, contours, shores};
 use crate::map::label::overlap;
 use crate::map::plotter::{Pen, Plotter, bounds};
-use crate::map::relief::{Ground, Relief};
+use crate::map::relief::{GroundPixels, ShadedRelief};
 use crate::map::scale::Scale;
 use crate::map::signs::{Slopes, signs};
 use crate::map::style::{Colour, Style};
@@ -27,7 +27,7 @@ const UPHILL_PX: f64 = 4.0;
 
 /// Kinds of lines on the ground, from the lowest to the highest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trace {
+pub(super) enum GroundLine {
     Sign,
     Depth,
     Contour,
@@ -35,13 +35,13 @@ pub(super) enum Trace {
 }
 
 /// Lines of points, in pixels.
-type Lines = Vec<Vec<[f64; 2]>>;
+type Polylines = Vec<Vec<[f64; 2]>>;
 
 /// All lines of a block, in pixels.
 pub(super) struct Outlines {
     /// Lines by their kind and by the pen that draws them.
-    lines: Vec<(Trace, Pen, Lines)>,
-    pub coasts: Lines,
+    lines: Vec<(GroundLine, Pen, Polylines)>,
+    pub coasts: Polylines,
     numbers: Vec<Placed>,
     ink: Colour,
 }
@@ -49,11 +49,11 @@ pub(super) struct Outlines {
 impl Outlines {
     /// Creates the lines of the ground of a block. Contours have numbers where no name is written.
     pub fn new(
-        (style, relief): (&Style, &Relief),
+        (style, relief): (&Style, &ShadedRelief),
         scale: Scale,
         interval_m: f64,
         sea_level_m: Option<f64>,
-        ground: &Ground,
+        ground: &GroundPixels,
         written: &[Quad],
     ) -> Outlines {
         let area = ground.area;
@@ -73,12 +73,12 @@ impl Outlines {
                 (signs_style.rock, signs_style.scree) = (0.0, 0.0);
             }
             let signs = signs(&signs_style, scale, relief.sun(), area, &slopes);
-            outlines.lines.extend(signs.into_iter().map(|(pen, lines)| (Trace::Sign, pen, lines)));
+            outlines.lines.extend(signs.into_iter().map(|(pen, lines)| (GroundLine::Sign, pen, lines)));
         }
         let has_depths = style.water.draw && style.water.depth_mm > 0.0;
         if style.contours.draw || has_depths {
             let sea_level_m = sea_level_m.unwrap_or(f64::NEG_INFINITY);
-            let (land, sea): (Vec<Contour>, Vec<Contour>) = contours(&ground.heights, area, interval_m)
+            let (land, sea): (Vec<ContourLine>, Vec<ContourLine>) = contours(&ground.heights, area, interval_m)
                 .into_iter()
                 .filter(|line| line.number as f64 * interval_m != sea_level_m)
                 .partition(|line| line.number as f64 * interval_m > sea_level_m);
@@ -89,7 +89,7 @@ impl Outlines {
                     width: scale.pixels(style.water.depth_mm) as f32,
                     dash: None,
                 };
-                outlines.lines.push((Trace::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
+                outlines.lines.push((GroundLine::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
             }
             if style.contours.draw {
                 outlines.add_contours(style, scale, interval_m, ground, &land, written);
@@ -106,8 +106,8 @@ impl Outlines {
         style: &Style,
         scale: Scale,
         interval_m: f64,
-        ground: &Ground,
-        contours: &[Contour],
+        ground: &GroundPixels,
+        contours: &[ContourLine],
         written: &[Quad],
     ) {
         if style.labels.draw && style.labels.contour.size_mm > 0.0 {
@@ -159,12 +159,12 @@ impl Outlines {
             let end = run.len();
             put(&mut run, snow, end);
         }
-        let traces = [Trace::Contour, Trace::Contour, Trace::IndexContour, Trace::IndexContour];
+        let traces = [GroundLine::Contour, GroundLine::Contour, GroundLine::IndexContour, GroundLine::IndexContour];
         self.lines.extend(traces.into_iter().zip(pens).map(|(trace, (pen, lines))| (trace, pen, lines)));
     }
 
     /// Draws the lines of one kind.
-    pub fn draw(&self, trace: Trace, plotter: &mut dyn Plotter) {
+    pub fn draw(&self, trace: GroundLine, plotter: &mut dyn Plotter) {
         for (_, pen, lines) in self.lines.iter().filter(|(of, _, _)| *of == trace) {
             plotter.stroke(lines, pen);
         }
@@ -213,12 +213,12 @@ struct Numberer<'a> {
     style: &'a Style,
     scale: Scale,
     interval_m: f64,
-    ground: &'a Ground,
+    ground: &'a GroundPixels,
 }
 
 impl Numberer<'_> {
     /// Returns at most one number for each square, on the straightest part of an index line.
-    fn numbers(&self, contours: &[Contour], written: &[Quad]) -> Vec<Placed> {
+    fn numbers(&self, contours: &[ContourLine], written: &[Quad]) -> Vec<Placed> {
         let Area { x0, y0, x1, y1 } = self.ground.area;
         let squares =
             (y0..y1).step_by(SQUARE as usize).flat_map(|y| (x0..x1).step_by(SQUARE as usize).map(move |x| [x, y]));
@@ -235,7 +235,7 @@ impl Numberer<'_> {
     }
 
     /// Returns places for the number of a line in a square, each with the straightness of the line there.
-    fn places(&self, line: &Contour, square: Area, written: &[&Quad]) -> Vec<(f64, Placed)> {
+    fn places(&self, line: &ContourLine, square: Area, written: &[&Quad]) -> Vec<(f64, Placed)> {
         let style = self.style.labels.contour;
         let metres = line.number as f64 * self.interval_m;
         let digits = usize::from(self.interval_m.fract() != 0.0);

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use super::cells;
+use super::cut_cells;
 use super::waterline::Waterlines;
 use super::{Facet, Surface};
 use crate::area::Area;
@@ -57,7 +57,7 @@ impl Ground {
         waters: &Waterlines,
         bound_m: Option<f64>,
     ) -> Ground {
-        let Some(bound_m) = bound_m else { return cells::cut(surface, heights, area, waters) };
+        let Some(bound_m) = bound_m else { return cut_cells::cut(surface, heights, area, waters) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
         // Drop vertices so near to a shore that they would make slivers, but not on the tile's edge, or neighbours
@@ -123,14 +123,14 @@ impl HasPosition for CutVertex {
 }
 
 type Cut = ConstrainedDelaunayTriangulation<CutVertex>;
-type Face<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
+type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
 
 /// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
 /// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
 /// surface's.
 fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
     // Keep faces by their corners, since face numbers change.
-    let corners = |face: Face| face.vertices().map(|vertex| *vertex.data());
+    let corners = |face: CutFace| face.vertices().map(|vertex| *vertex.data());
     let mut open: Vec<[CutVertex; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
         stop::check();
