@@ -14,7 +14,7 @@ use super::lake::{self, Hollow, NO_LAKE};
 use super::plane::lines;
 use super::segment::{Circle, Segment, SegmentBounds, segments_of};
 use super::segments_above::{self, Above, AsksAbove, ChannelPart};
-use super::tributary_bed::{Bed, GentlestSides, LargerValleys, beside_m};
+use super::tributary_bed::{GentlestSides, LargerValleys, TributaryBed, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk_curve::DROWNED_SLOPE;
 use super::trunk_lattice::NodeId;
@@ -147,7 +147,7 @@ impl Tributaries {
         let places = self.wander(level, (id.1, id.2), [from, way], &surroundings.lines(near));
         let knot = Knot { at: shore, level_m, area: most_area(level), pool_m };
         let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
-        let mut knots = Bed::new(fields, level, (knot, origin), &places, near, filled_m).knots();
+        let mut knots = TributaryBed::new(fields, level, (knot, origin), &places, near, filled_m).knots();
         knots.reverse();
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;

@@ -74,7 +74,7 @@ impl<'a> LargerValleys<'a> {
 }
 
 /// The bed of a tributary while it is laid, from its shore up.
-pub(super) struct Bed<'a> {
+pub(super) struct TributaryBed<'a> {
     fields: &'a Fields,
     level: u32,
     /// The places that the bed runs through, in grains from the origin.
@@ -107,7 +107,7 @@ struct LowerValleys<'a> {
     has_run_out: bool,
 }
 
-impl<'a> Bed<'a> {
+impl<'a> TributaryBed<'a> {
     /// Prepares the bed of a tributary of a level through some places, the first of which is its shore, given the larger
     /// valleys near it and the height in metres to which a lake has filled its mouth.
     pub fn new(
@@ -117,7 +117,7 @@ impl<'a> Bed<'a> {
         places: &'a [DVec2],
         valleys: LargerValleys<'a>,
         filled_m: f64,
-    ) -> Bed<'a> {
+    ) -> TributaryBed<'a> {
         let uplift = fields.uplift(origin.moved(places[places.len() - 1]));
         let way_m = come(places.windows(2).map(|pair| pair[1].distance(pair[0]) * fields.metres_a_grain()));
         // Near the larger valley hillsides may be gentler than at the head.
@@ -139,7 +139,7 @@ impl<'a> Bed<'a> {
         coast_m.reverse();
         let is_wet = fields.is_wet(most_area(level));
         let knots = vec![shore];
-        Bed {
+        TributaryBed {
             fields,
             level,
             places,
