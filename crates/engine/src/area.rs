@@ -103,10 +103,16 @@ impl Area {
         [Area { y1: middle, ..self }, Area { y0: middle, ..self }]
     }
 
+    /// Returns the western, northern, eastern and southern edge.
+    pub fn edges(&self) -> [f64; 4] {
+        [self.x0, self.y0, self.x1, self.y1].map(|edge| edge as f64)
+    }
+
     /// Tells whether a bounding box, given by its western, northern, eastern and southern edge, overlaps the unit
     /// squares whose north-western corners are the area's vertices. In an area of pixels, these squares are the pixels.
     pub fn meets(&self, [west, north, east, south]: [f64; 4]) -> bool {
-        east > self.x0 as f64 && west < self.x1 as f64 && south > self.y0 as f64 && north < self.y1 as f64
+        let [x0, y0, x1, y1] = self.edges();
+        east > x0 && west < x1 && south > y0 && north < y1
     }
 
     /// Tells whether every vertex of `other` is in this area.

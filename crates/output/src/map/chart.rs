@@ -6,6 +6,7 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
@@ -290,10 +291,7 @@ impl Picture {
         let shows = |shape: &Shape| area.meets(shape.bounds);
         let mut items = Vec::new();
         for class in [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet] {
-            let is_seen = |site: &SiteFeature| {
-                let [x, y] = self.chart.scale.pixel(site.at);
-                site.class == class && area.meets([x, y, x, y])
-            };
+            let is_seen = |site: &SiteFeature| site.class == class && self.shows(self.chart.scale.pixel(site.at));
             if drawing.sites.iter().any(is_seen) {
                 items.push(LegendItem::Site(class));
             }
@@ -309,7 +307,7 @@ impl Picture {
         if drawing.lakes.iter().any(|lake| shows(&lake.shape)) {
             items.push(LegendItem::Lake);
         }
-        if self.writings.iter().any(|writing| writing.peak.is_some_and(|[x, y]| area.meets([x, y, x, y]))) {
+        if self.writings.iter().any(|writing| writing.peak.is_some_and(|at| self.shows(at))) {
             items.push(LegendItem::Peak);
         }
         if style.contours.draw {
@@ -318,12 +316,16 @@ impl Picture {
         items
     }
 
+    /// True if a place, in pixels, lies within the picture.
+    pub(super) fn shows(&self, at: DVec2) -> bool {
+        self.area.meets([at.x, at.y, at.x, at.y])
+    }
+
     /// Returns the names of the features within the picture: the kind of each feature, its name, and its position in
     /// pixels.
     pub fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
-        let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
-        let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
-        named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
+        let named = self.writings.iter().filter(|writing| !writing.name.is_empty() && self.shows(writing.at));
+        named.map(|writing| (writing.kind, writing.name.as_str(), writing.at.to_array()))
     }
 
     /// Returns the letters of all labels that the fonts lack.

@@ -2,22 +2,22 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::features::sites::SiteFeature;
-use crate::geometry::{come_along, length};
 use crate::hash;
 use crate::map::drawing::{Drawing, NamedRiver};
 use crate::map::frame::Frame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
-use crate::map::plotter::bounds;
+use crate::map::plotter::{bounds, widened};
 use crate::map::ranges::Seen;
 use crate::map::scale::Scale;
 use crate::map::style::{LabelStyle, Style};
 use crate::map::summits::Summit;
 use crate::map::symbols;
-use crate::map::text::{Placed, Quad, Shaped, shape};
+use crate::map::text::{Placed, Quad, Shaped, length, shape};
 use crate::places::site::SiteClass;
 
 /// Largest extent of all places of a name together, in millimetres of paper. Places of a longer name that would exceed
@@ -57,11 +57,11 @@ pub(super) struct Writing {
     pub texts: Vec<Placed>,
     pub style: LabelStyle,
     /// Middle of the triangle that marks a peak; none for other features.
-    pub peak: Option<[f64; 2]>,
+    pub peak: Option<DVec2>,
     /// Kind of the feature, its name (empty if it has none), and its position in pixels.
     pub kind: &'static str,
     pub name: String,
-    pub at: [f64; 2],
+    pub at: DVec2,
 }
 
 impl Writing {
@@ -116,8 +116,7 @@ pub(super) fn write(
     let reach = scale.pixels(LONGEST_MM + BESIDE_MM) + margin;
     let side = scale.pixels(CELL_MM).ceil() as i64;
     let [mut sites, mut summits] = [Cells::new(side), Cells::new(side)];
-    let [west, north, east, south] = [visible.x0, visible.y0, visible.x1, visible.y1].map(|at| at as f64);
-    let mut near_sites = vec![[west - reach, north - reach, east + reach, south + reach]];
+    let mut near_sites = vec![widened(visible.edges(), reach)];
     let mut near_summits = near_sites.clone();
     loop {
         let new = (sites.missing(&near_sites), summits.missing(&near_summits));
@@ -134,8 +133,7 @@ pub(super) fn write(
         let concerned = label::concerned(&mut writer.candidates, &writer.obstacles, margin, |one| is_seen(&one.boxes));
         (near_sites, near_summits) = (Vec::new(), Vec::new());
         for candidate in concerned.into_iter().map(|index| &writer.candidates[index]) {
-            let [west, north, east, south] = bounds(candidate.boxes.iter().flatten());
-            let near = [west - reach, north - reach, east + reach, south + reach];
+            let near = widened(bounds(candidate.boxes.iter().flatten()), reach);
             near_sites.push(near);
             // Peaks never displace labels of a class before theirs, so no peaks need to be known around those.
             if candidate.rank.class >= Class::Peak as u32 {
@@ -180,11 +178,11 @@ impl Cells {
 fn find<T: Send>(
     squares: &[Area],
     find: &(dyn Fn(Area) -> Vec<T> + Sync),
-    place: impl Fn(&T) -> [f64; 2] + Sync,
+    place: impl Fn(&T) -> DVec2 + Sync,
 ) -> Vec<T> {
     let of_square = |square: &Area| {
         let is_within = |thing: &T| {
-            let [x, y] = place(thing).map(|at| at.floor() as i64);
+            let [x, y] = place(thing).to_array().map(|at| at.floor() as i64);
             square.contains(&Area::new(x, y, 1, 1))
         };
         find(*square).into_iter().filter(is_within).collect::<Vec<T>>()
@@ -271,7 +269,7 @@ impl Writer<'_> {
     }
 
     /// True if a feature's symbol lies on the map, so that the feature can have a name.
-    fn shows(&self, at: [f64; 2]) -> bool {
+    fn shows(&self, at: DVec2) -> bool {
         self.frame.is_none_or(|frame| frame.shows(at))
     }
 
@@ -323,7 +321,7 @@ impl Writer<'_> {
                 self.frame.map(|frame| frame.part(lake.shape.bounds).map(|part| (part, lake.shape.widest(part))));
             let seen = seen.unwrap_or(Some((lake.shape.bounds, (lake.middle, lake.widest))));
             let Some(([west, north, east, south], (middle, widest))) = seen else { continue };
-            let [x, y] = middle;
+            let DVec2 { x, y } = middle;
             let mut places = Vec::new();
             // The name lies in a lake that is wide enough for it, and across a large lake. Beside a small lake there
             // are further places.
@@ -338,7 +336,7 @@ impl Writer<'_> {
                 places.push([x - 0.5 * name.width, south + gap + name.ascent * 0.7]);
                 places.push([x - 0.5 * name.width, north - gap]);
             }
-            for (index, start) in (0..).zip(places) {
+            for (index, start) in (0..).zip(places.into_iter().map(DVec2::from)) {
                 let order = (lake.area_px as u64, feature, index);
                 let (texts, name) = (vec![name.at(start, 0.0)], text.clone());
                 let item = Writing { texts, style, peak: None, kind: "lake", name, at: middle };
@@ -368,7 +366,7 @@ impl Writer<'_> {
         text: &str,
         style: &LabelStyle,
         Along { class, name: kind, number: stream }: Along,
-        fits: impl Fn([f64; 2]) -> bool,
+        fits: impl Fn(DVec2) -> bool,
     ) {
         let name = self.shaped(text, style);
         let is_valley = matches!(class, Class::Valley);
@@ -430,24 +428,21 @@ impl Writer<'_> {
 
 /// Returns the longest of the parts of a line that a map shows, which has a name if there is room, and all parts so
 /// long that a name is repeated within them.
-fn longest_parts(parts: Vec<Vec<[f64; 2]>>, repeat_px: f64) -> Vec<Vec<[f64; 2]>> {
-    let long = |part: &[[f64; 2]]| come_along(part)[part.len() - 1];
-    let longest = parts.iter().map(|part| long(part)).fold(0.0, f64::max);
-    parts.into_iter().filter(|part| long(part) >= longest.min(repeat_px)).collect()
+fn longest_parts(parts: Vec<Vec<DVec2>>, repeat_px: f64) -> Vec<Vec<DVec2>> {
+    let longest = parts.iter().map(|part| length(part)).fold(0.0, f64::max);
+    parts.into_iter().filter(|part| length(part) >= longest.min(repeat_px)).collect()
 }
 
-fn square([x, y]: [f64; 2], half: f64) -> Quad {
-    [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]]
+fn square(at: DVec2, half: f64) -> Quad {
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|corner| at + half * DVec2::from(corner))
 }
 
 /// Returns a box from the middle of one box to the middle of the next, as high as the first.
 fn between(one: &Quad, next: &Quad) -> Quad {
-    let middle = |quad: &Quad| [0, 1].map(|axis| 0.5 * (quad[0][axis] + quad[2][axis]));
-    let (from, to) = (middle(one), middle(next));
-    let half = 0.5 * length([one[3][0] - one[0][0], one[3][1] - one[0][1]]);
-    let long = length([to[0] - from[0], to[1] - from[1]]).max(1e-9);
-    let [east, south] = [0, 1].map(|axis| (to[axis] - from[axis]) / long * half);
-    [(from, 1.0), (to, 1.0), (to, -1.0), (from, -1.0)].map(|([x, y], side)| [x + side * south, y - side * east])
+    let (from, to) = (one[0].midpoint(one[2]), next[0].midpoint(next[2]));
+    let half = 0.5 * one[0].distance(one[3]);
+    let aside = ((from - to) / from.distance(to).max(1e-9) * half).perp();
+    [from + aside, to + aside, to - aside, from - aside]
 }
 
 /// Hashes some numbers into one that identifies a feature.
@@ -502,7 +497,7 @@ mod tests {
         /// Text of the label.
         text: String,
         /// Position in metres east and north.
-        at: [f64; 2],
+        at: DVec2,
     }
 
     /// Returns everything that has a label within some kilometres of a place, at eight scales.
@@ -516,13 +511,12 @@ mod tests {
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
             let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let picture = Chart::of_world(&world, style, scale).picture(scale.pixels_of(bounds));
-            let within = |at: [f64; 2]| picture.area().meets([at[0], at[1], at[0], at[1]]);
-            shown.extend(picture.writings().iter().filter(|writing| within(writing.at)).map(|writing| Shown {
+            shown.extend(picture.writings().iter().filter(|writing| picture.shows(writing.at)).map(|writing| Shown {
                 denominator,
                 kind: writing.kind,
                 name: writing.name.clone(),
                 text: writing.texts[0].text.to_string(),
-                at: [writing.at[0], -writing.at[1]].map(|at| at * scale.metres_per_pixel),
+                at: writing.at * DVec2::new(1.0, -1.0) * scale.metres_per_pixel,
             }));
         }
         (world, shown)
@@ -538,7 +532,7 @@ mod tests {
         let lakes = LAKES.find(&world, &area);
         let rivers = world.lines_through(LineKind::River, &area);
         let sites: Vec<SiteFeature> = world.sites(&area).iter().map(|site| SiteFeature::new(&world, site)).collect();
-        let off = |a: [f64; 2], b: [f64; 2]| length([a[0] - b[0], a[1] - b[1]]);
+        let off = |a: DVec2, b: [f64; 2]| a.distance(b.into());
         for one in &shown {
             // Metres of one millimetre of paper, the unit of the tolerances below: generalising moves lines.
             let drawn_m = one.denominator / 1000.0;
@@ -591,8 +585,8 @@ mod tests {
 
     /// True if a box lies within an area of pixels.
     fn is_within(area: Area, quad: &Quad) -> bool {
-        let [west, north, east, south] = bounds(quad.iter());
-        west >= area.x0 as f64 && north >= area.y0 as f64 && east <= area.x1 as f64 && south <= area.y1 as f64
+        let [west, north, east, south] = area.edges();
+        quad.iter().all(|at| (west..=east).contains(&at.x) && (north..=south).contains(&at.y))
     }
 
     #[test]
@@ -627,7 +621,7 @@ mod tests {
                 if writing.kind == "range" {
                     continue;
                 }
-                assert!(area.meets([writing.at[0], writing.at[1], writing.at[0], writing.at[1]]), "{writing:?}");
+                assert!(area.meets(bounds([writing.at].iter())), "{writing:?}");
             }
             // A frame removes few of the names that lie within it.
             let kept = names(&open).intersection(&names(&framed)).count();

@@ -72,7 +72,7 @@ impl MapPainter {
             canvas.put_words(part, &words);
             drawing.draw_roads(&self.style, self.scale, &mut canvas);
             for site in tile.sites() {
-                draw_site(&mut canvas, site.at.map(|at| at as f64), site.class, self.scale, &self.style);
+                draw_site(&mut canvas, site.at.map(|at| at as f64).into(), site.class, self.scale, &self.style);
             }
             let pixels = canvas.pixels(part);
             for (y, row) in (part.y0..).zip(pixels.chunks_exact(part.width() * 3)) {
