@@ -701,10 +701,10 @@ impl Plotter for PdfPage<'_> {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        for Inscription { item, texts, colour, halo } in inscriptions {
+        for Inscription { item, text, colour, halo } in inscriptions {
             self.begin_item(item);
-            texts.iter().for_each(|text| self.surround(text, halo));
-            texts.iter().for_each(|text| self.write(text, *colour));
+            self.surround(text, halo);
+            self.write(text, *colour);
             self.end_item();
         }
     }

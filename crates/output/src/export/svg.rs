@@ -371,7 +371,7 @@ impl Plotter for Svg {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        for Inscription { item, texts, colour, halo } in inscriptions {
+        for Inscription { item, text, colour, halo } in inscriptions {
             let mut paint = format!("fill=\"{colour}\"");
             if halo.width > 0.0 {
                 let (width, opacity) = (Short(f64::from(halo.width)), Short(f64::from(halo.opacity)));
@@ -384,7 +384,7 @@ impl Plotter for Svg {
                 .expect("memory takes everything");
             }
             self.begin_item(item);
-            texts.iter().for_each(|text| self.letters(text, &paint));
+            self.letters(text, &paint);
             self.end_item();
         }
     }
@@ -540,7 +540,7 @@ mod tests {
             page(area, lettering, |svg| {
                 for text in [&straight, &bent] {
                     let item = Item { kind: "name", id: &text.text, name: &text.text };
-                    svg.inscribe(&[Inscription { item, texts: std::slice::from_ref(text), colour: INK, halo }]);
+                    svg.inscribe(&[Inscription { item, text, colour: INK, halo }]);
                 }
             })
         };

@@ -198,12 +198,8 @@ impl Plotter for Canvas {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        for Inscription { texts, halo, .. } in inscriptions {
-            texts.iter().for_each(|text| self.surround(text, halo));
-        }
-        for Inscription { texts, colour, .. } in inscriptions {
-            texts.iter().for_each(|text| self.write(text, *colour));
-        }
+        inscriptions.iter().for_each(|inscription| self.surround(inscription.text, &inscription.halo));
+        inscriptions.iter().for_each(|inscription| self.write(inscription.text, inscription.colour));
     }
 
     fn dot(&mut self, at: DVec2, radius: f64, colour: Colour) {

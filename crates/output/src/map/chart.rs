@@ -29,7 +29,7 @@ use crate::map::style::{Colour, Style};
 use crate::map::summits::Summits;
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, Terrain};
-use crate::map::text::{Placed, Quad};
+use crate::map::text::Quad;
 use crate::memory::Budget;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
@@ -307,7 +307,7 @@ impl Picture {
         if drawing.lakes.iter().any(|lake| shows(&lake.shape)) {
             items.push(LegendItem::Lake);
         }
-        if self.writings.iter().any(|writing| writing.peak.is_some_and(|at| self.shows(at))) {
+        if self.writings.iter().any(|writing| writing.is_peak() && self.shows(writing.at)) {
             items.push(LegendItem::Peak);
         }
         if style.contours.draw {
@@ -330,7 +330,7 @@ impl Picture {
 
     /// Returns the letters of all labels that the fonts lack.
     pub(super) fn missing_letters(&self) -> impl Iterator<Item = char> {
-        self.writings.iter().flat_map(|writing| &writing.texts).flat_map(Placed::missing)
+        self.writings.iter().flat_map(|writing| writing.text.missing())
     }
 
     /// Returns all labels.
@@ -505,29 +505,21 @@ impl Picture {
             draw_site(canvas, scale.pixel(site.at), site.class, scale, style);
             canvas.end_item();
         }
-        for writing in &self.writings {
-            if let Some(at) = writing.peak {
-                canvas.begin_item(&Item { kind: "peak", id: &writing.name, name: &writing.name });
-                draw_peak(canvas, at, scale, writing.style.colour);
-                canvas.end_item();
-            }
+        for Writing { kind, name, at, colour, .. } in self.writings.iter().filter(|writing| writing.is_peak()) {
+            canvas.begin_item(&Item { kind, id: name, name });
+            draw_peak(canvas, *at, scale, *colour);
+            canvas.end_item();
         }
     }
 
     fn draw_names(&self, canvas: &mut dyn Plotter) {
         let labels = &self.chart.style.labels;
         let halo = Pen { opacity: 0.85, ..self.line(labels.halo, 2.0 * labels.halo_mm) };
-        let inscriptions: Vec<Inscription> = self
-            .writings
-            .iter()
-            .map(|Writing { name, texts, style, .. }| Inscription {
-                item: Item { kind: "name", id: name, name },
-                texts,
-                colour: style.colour,
-                halo,
-            })
-            .collect();
-        canvas.inscribe(&inscriptions);
+        let inscriptions = self.writings.iter().map(|Writing { name, text, colour, .. }| {
+            let item = Item { kind: "name", id: name, name };
+            Inscription { item, text, colour: *colour, halo }
+        });
+        canvas.inscribe(&inscriptions.collect::<Vec<_>>());
     }
 
     /// Returns an opaque pen without dashes, `mm` millimetres wide.

@@ -75,7 +75,7 @@ pub(super) fn houses(roads: &[(u64, Vec<DVec2>)], towns: &[Town], metres_per_pix
             }
             let along = way / long;
             for side in [-1, 1] {
-                let chance = hash::mix(hash::mix(*number) ^ (2 * step + i64::from(side > 0)) as u64);
+                let chance = hash::of([*number, (2 * step + i64::from(side > 0)) as u64]);
                 let part = |by: u32| ((chance >> by) & 0xFFF) as f64 / 4096.0;
                 if part(0) > FULL * share.min(0.6) / 0.6 {
                     continue;

@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::features::sites::SiteFeature;
-use crate::hash;
+use crate::hash::{self, LabelDraw};
 use crate::map::drawing::{Drawing, NamedRiver};
 use crate::map::frame::Frame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::{bounds, widened};
 use crate::map::ranges::Seen;
 use crate::map::scale::Scale;
-use crate::map::style::{LabelStyle, Style};
+use crate::map::style::{Colour, LabelStyle, LabelsStyle, Style};
 use crate::map::summits::Summit;
 use crate::map::symbols;
 use crate::map::text::{Placed, Quad, Shaped, length, shape};
@@ -51,13 +51,11 @@ const VALLEY_REPEAT_MM: f64 = 200.0;
 const MOST_VILLAGES: f64 = 400_000.0;
 const MOST_HAMLETS: f64 = 130_000.0;
 
-/// A label: the texts that a map shows for one feature.
+/// A label: the text that a map shows for one feature.
 #[derive(Clone, Debug)]
 pub(super) struct Writing {
-    pub texts: Vec<Placed>,
-    pub style: LabelStyle,
-    /// Middle of the triangle that marks a peak; none for other features.
-    pub peak: Option<DVec2>,
+    pub text: Placed,
+    pub colour: Colour,
     /// Kind of the feature, its name (empty if it has none), and its position in pixels.
     pub kind: &'static str,
     pub name: String,
@@ -65,9 +63,14 @@ pub(super) struct Writing {
 }
 
 impl Writing {
-    /// Returns the boxes that the texts cover.
+    /// Returns the boxes that the text covers.
     pub fn boxes(&self) -> impl Iterator<Item = Quad> {
-        self.texts.iter().flat_map(|text| text.boxes.iter().copied())
+        self.text.boxes.iter().copied()
+    }
+
+    /// True if the feature is a peak, which a triangle marks.
+    pub fn is_peak(&self) -> bool {
+        self.kind == PEAK
     }
 }
 
@@ -198,8 +201,11 @@ struct Writer<'a> {
     obstacles: Vec<Quad>,
 }
 
+/// Kind of peaks.
+const PEAK: &str = "peak";
+
 /// Classes of labels in order of precedence, for where there is not room for all.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Class {
     /// Ranges lie so far apart that their names never meet. A range makes room only for symbols, and all other names
     /// make room for the range.
@@ -213,12 +219,21 @@ enum Class {
     Hamlet,
 }
 
-/// Kind of a name that is written along rivers: of the river itself or of its valley.
-struct Along {
-    class: Class,
-    name: &'static str,
-    /// Number that keeps the features of this kind apart from those of all others.
-    number: i64,
+impl Class {
+    /// Returns the kind of the features, the style of their names, and their use of chance.
+    fn of(self, labels: &LabelsStyle) -> (&'static str, LabelStyle, LabelDraw) {
+        let [town, village, hamlet] = labels.places;
+        match self {
+            Class::Range => ("range", labels.range, LabelDraw::Range),
+            Class::Town => (SiteClass::Town.name(), town, LabelDraw::Site),
+            Class::Lake => ("lake", labels.lake, LabelDraw::Lake),
+            Class::Village => (SiteClass::Village.name(), village, LabelDraw::Site),
+            Class::River => ("river", labels.river, LabelDraw::River),
+            Class::Peak => (PEAK, labels.peak, LabelDraw::Peak),
+            Class::Valley => ("valley", labels.valley, LabelDraw::Valley),
+            Class::Hamlet => (SiteClass::Hamlet.name(), hamlet, LabelDraw::Site),
+        }
+    }
 }
 
 impl Writer<'_> {
@@ -243,26 +258,28 @@ impl Writer<'_> {
         });
     }
 
-    fn shaped(&self, text: &str, style: &LabelStyle) -> Shaped {
-        shape(
-            text,
-            self.style.labels.typeface(style.face),
-            self.scale.pixels(style.size_mm) as f32,
-            style.spacing as f32,
-        )
+    fn shaped(&self, text: &str, class: Class) -> Shaped {
+        let (_, style, _) = class.of(&self.style.labels);
+        let typeface = self.style.labels.typeface(style.face);
+        shape(text, typeface, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
     }
 
-    fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), item: Writing) {
+    /// Adds a place for the label of a feature: its text there, the feature's name, and the feature's position. The
+    /// feature is known by its class and `id`; the numbers are its weight and the number of the place.
+    fn push(&mut self, class: Class, id: &[u64], (weight, place): (u64, u32), (text, name, at): (Placed, &str, DVec2)) {
+        let (kind, style, draw) = class.of(&self.style.labels);
+        let item = Writing { text, colour: style.colour, kind, name: name.to_owned(), at };
         // The triangle of a peak is shown only together with the peak's label.
-        let mark = item.peak.map(|at| square(at, symbols::peak_px(self.scale)));
+        let mark = item.is_peak().then(|| square(at, symbols::peak_px(self.scale)));
         let mut boxes: Vec<Quad> = item.boxes().chain(mark).collect();
-        if matches!(class, Class::Range) {
+        if class == Class::Range {
             // The gaps between the letters of a range also stay free of other labels.
             let gaps: Vec<Quad> = boxes.windows(2).map(|pair| between(&pair[0], &pair[1])).collect();
             boxes.extend(gaps);
         }
         // A place where the frame would cut the label is left out.
         if self.frame.is_none_or(|frame| frame.has_room(&boxes)) {
+            let feature = hash::of([draw as u64].into_iter().chain(id.iter().copied()));
             let rank = Rank { class: class as u32, weight, feature, place };
             self.candidates.push(Candidate { rank, boxes, item });
         }
@@ -274,13 +291,10 @@ impl Writer<'_> {
     }
 
     fn write_ranges(&mut self, seen: Option<&Seen<'_>>) {
-        let style = self.style.labels.range;
         for range in seen.iter().flat_map(|seen| seen.ranges()) {
-            let feature = number(&[6, range.id[0], range.id[1]]);
             for (index, placed) in (0..).zip(range.write(self.scale, &self.style.labels)) {
-                let (texts, name) = (vec![placed], range.name.clone());
-                let item = Writing { texts, style, peak: None, kind: "range", name, at: range.top };
-                self.push(Class::Range, (0, feature, index), item);
+                let id = range.id.map(|at| at as u64);
+                self.push(Class::Range, &id, (0, index), (placed, &range.name, range.top));
             }
         }
     }
@@ -293,29 +307,25 @@ impl Writer<'_> {
             if !self.shows(at) {
                 continue;
             }
-            let (class, style) = match site.class {
-                SiteClass::Town => (Class::Town, self.style.labels.places[0]),
-                SiteClass::Village => (Class::Village, self.style.labels.places[1]),
-                SiteClass::Hamlet => (Class::Hamlet, self.style.labels.places[2]),
+            let class = match site.class {
+                SiteClass::Town => Class::Town,
+                SiteClass::Village => Class::Village,
+                SiteClass::Hamlet => Class::Hamlet,
             };
-            let name = self.shaped(&site.name, &style);
-            let feature = number(&[1, site.id.i, site.id.j]);
-            let radius = radius + self.scale.pixels(0.5);
-            for (index, start) in (0..).zip(around_point(at, radius, &name)) {
-                let order = (u64::from(site.population), feature, index);
-                let (kind, name, text) = (site.class.name(), site.name.clone(), name.at(start, 0.0));
-                self.push(class, order, Writing { texts: vec![text], style, peak: None, kind, name, at });
+            let name = self.shaped(&site.name, class);
+            let id = [site.id.i, site.id.j].map(|at| at as u64);
+            for (index, start) in (0..).zip(around_point(at, radius + self.scale.pixels(0.5), &name)) {
+                let label = (name.at(start, 0.0), &site.name[..], at);
+                self.push(class, &id, (site.population.into(), index), label);
             }
         }
     }
 
     fn write_lakes(&mut self, drawing: &Drawing) {
-        let style = self.style.labels.lake;
         for lake in &drawing.lakes {
             let least_px = LEAST_LAKE_MM2 * self.scale.pixels_per_mm * self.scale.pixels_per_mm;
             let Some(text) = lake.name.as_ref().filter(|_| lake.area_px >= least_px) else { continue };
-            let name = self.shaped(text, &style);
-            let feature = number(&[2, hash_of(&lake.id) as i64]);
+            let name = self.shaped(text, Class::Lake);
             // If the frame cuts the lake, the name goes with the part that is seen.
             let seen =
                 self.frame.map(|frame| frame.part(lake.shape.bounds).map(|part| (part, lake.shape.widest(part))));
@@ -337,43 +347,29 @@ impl Writer<'_> {
                 places.push([x - 0.5 * name.width, north - gap]);
             }
             for (index, start) in (0..).zip(places.into_iter().map(DVec2::from)) {
-                let order = (lake.area_px as u64, feature, index);
-                let (texts, name) = (vec![name.at(start, 0.0)], text.clone());
-                let item = Writing { texts, style, peak: None, kind: "lake", name, at: middle };
-                self.push(Class::Lake, order, item);
+                let label = (name.at(start, 0.0), &text[..], middle);
+                self.push(Class::Lake, &[hash_of(&lake.id)], (lake.area_px as u64, index), label);
             }
         }
     }
 
     fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&Seen<'_>>) {
         for river in &drawing.named {
-            let kind = Along { class: Class::River, name: "river", number: 3 };
-            let style = self.style.labels.river;
-            self.write_along(river, &river.name, &style, kind, |_| true);
+            self.write_along(river, &river.name, Class::River, |_| true);
             // The name of a valley follows the river as the river's own name does, but further from it.
             if let Some((valley, seen)) = river.valley.as_ref().zip(seen) {
-                let kind = Along { class: Class::Valley, name: "valley", number: 5 };
-                let style = self.style.labels.valley;
-                self.write_along(river, valley, &style, kind, |at| seen.is_valley(at));
+                self.write_along(river, valley, Class::Valley, |at| seen.is_valley(at));
             }
         }
     }
 
-    /// Adds the places of a name along a river, where it `fits`.
-    fn write_along(
-        &mut self,
-        river: &NamedRiver,
-        text: &str,
-        style: &LabelStyle,
-        Along { class, name: kind, number: stream }: Along,
-        fits: impl Fn(DVec2) -> bool,
-    ) {
-        let name = self.shaped(text, style);
-        let is_valley = matches!(class, Class::Valley);
+    /// Adds the places of the name of a river or of its valley along the river, where it `fits`.
+    fn write_along(&mut self, river: &NamedRiver, text: &str, class: Class, fits: impl Fn(DVec2) -> bool) {
+        let name = self.shaped(text, class);
         let (gap_mm, repeat_mm, smooth) =
-            if is_valley { (VALLEY_GAP_MM, VALLEY_REPEAT_MM, 2.5) } else { (0.55, REPEAT_MM, 1.0) };
+            if class == Class::Valley { (VALLEY_GAP_MM, VALLEY_REPEAT_MM, 2.5) } else { (0.55, REPEAT_MM, 1.0) };
         let lift = 0.5 * river.width + self.scale.pixels(gap_mm);
-        let smooth_px = smooth * self.scale.pixels(style.size_mm);
+        let smooth_px = smooth * self.scale.pixels(class.of(&self.style.labels).1.size_mm);
         let repeat_px = self.scale.pixels(repeat_mm);
         let parts = self.frame.map(|frame| longest_parts(frame.parts(&river.line), repeat_px));
         let parts = parts.unwrap_or_else(|| vec![river.line.clone()]);
@@ -392,20 +388,18 @@ impl Writer<'_> {
             if spot.place >= SHIFTS || !fits(at) {
                 continue;
             }
-            let feature = number(&[stream, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
+            let id = [hash_of(&river.id), spot.repetition.into()];
             // Above the line first, then below it.
             for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
                 if let Some(placed) = name.along(&spot.line, spot.start, lift) {
-                    let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
-                    let (texts, name) = (vec![placed], text.to_owned());
-                    self.push(class, order, Writing { texts, style: *style, peak: None, kind, name, at });
+                    let order = ((river.discharge_m3s * 1000.0) as u64, 2 * spot.place + side);
+                    self.push(class, &id, order, (placed, text, at));
                 }
             }
         }
     }
 
     fn write_peaks(&mut self, summits: &[Summit]) {
-        let style = self.style.labels.peak;
         for summit in summits {
             let at = self.scale.pixel(summit.at);
             if !self.shows(at) {
@@ -414,13 +408,11 @@ impl Writer<'_> {
             let radius = symbols::peak_px(self.scale);
             let height = format!("{:.0}", summit.height_m);
             let text = summit.name.as_ref().map_or(height.clone(), |name| format!("{name} {height}"));
-            let line = self.shaped(&text, &style);
-            let feature = number(&[4, summit.id[0], summit.id[1]]);
+            let line = self.shaped(&text, Class::Peak);
+            let id = summit.id.map(|at| at as u64);
             for (index, start) in (0..).zip(around_point(at, radius + self.scale.pixels(0.3), &line)) {
-                let name = summit.name.clone().unwrap_or_default();
-                let texts = vec![line.at(start, 0.0)];
-                let item = Writing { texts, style, peak: Some(at), kind: "peak", name, at };
-                self.push(Class::Peak, (summit.height_m.max(0.0) as u64, feature, index), item);
+                let label = (line.at(start, 0.0), summit.name.as_deref().unwrap_or_default(), at);
+                self.push(Class::Peak, &id, (summit.height_m.max(0.0) as u64, index), label);
             }
         }
     }
@@ -445,14 +437,9 @@ fn between(one: &Quad, next: &Quad) -> Quad {
     [from + aside, to + aside, to - aside, from - aside]
 }
 
-/// Hashes some numbers into one that identifies a feature.
-fn number(parts: &[i64]) -> u64 {
-    parts.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
-}
-
 /// Returns the hash of a text.
 pub(super) fn hash_of(text: &str) -> u64 {
-    text.bytes().fold(0, |number, byte| hash::mix(number ^ u64::from(byte)))
+    hash::of(text.bytes().map(u64::from))
 }
 
 #[cfg(test)]
@@ -515,7 +502,7 @@ mod tests {
                 denominator,
                 kind: writing.kind,
                 name: writing.name.clone(),
-                text: writing.texts[0].text.to_string(),
+                text: writing.text.text.to_string(),
                 at: writing.at * DVec2::new(1.0, -1.0) * scale.metres_per_pixel,
             }));
         }

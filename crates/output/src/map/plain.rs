@@ -9,6 +9,7 @@ use crate::land::WaterKind;
 use crate::lines::{Bed, LineKind};
 use crate::map::canvas::Canvas;
 use crate::map::drawing::Drawing;
+use crate::map::light::LEAST_RISE_M;
 use crate::map::relief::{Lit, Relief, channels};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
@@ -22,9 +23,6 @@ const PIXELS_PER_MM: f64 = 4.0;
 /// Side, in vertices, of the squares on which roads and places are drawn, counted from the origin. The squares do not
 /// depend on the tiles; otherwise the edges of lines would depend on the size of tiles.
 const SQUARE: i64 = 128;
-
-/// Least rise of a shore within a pixel, in metres. Flatter shores get a harder edge than they could have.
-const LEAST_RISE_M: f32 = 0.02;
 
 /// Colour in sRGB and opacity of the earth of roads that agents have trodden.
 const TRODDEN: Colour = Colour([222, 203, 160]);

@@ -130,7 +130,7 @@ pub enum Lettering {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inscription<'a> {
     pub item: Item<'a>,
-    pub texts: &'a [Placed],
+    pub text: &'a Placed,
     pub colour: Colour,
     pub halo: Pen,
 }

@@ -6,7 +6,7 @@ use glam::{DVec2, dvec2};
 
 use crate::area::Area;
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, SignDraw};
 use crate::map::plotter::Pen;
 use crate::map::scale::Scale;
 use crate::map::style::SignsStyle;
@@ -68,7 +68,7 @@ pub(super) fn signs(
         strokes[width.min(WIDTHS - 1)].push(vec![place - half, place + half]);
     };
     if style.rock > 0.0 {
-        each_place(slopes, seen, scale.pixels(ROCK_MM[0]), 1, |place, chance| {
+        each_place(slopes, seen, scale.pixels(ROCK_MM[0]), SignDraw::Rock, |place, chance| {
             let (fall, shade) = fall(place);
             let (x, y) = at(place);
             let share = f64::from(slopes.rock.at(x, y)) * style.rock * (0.35 + 0.65 * shade);
@@ -79,7 +79,7 @@ pub(super) fn signs(
         });
     }
     if style.hachures > 0.0 {
-        each_place(slopes, seen, scale.pixels(HACHURE_MM[0]), 2, |place, chance| {
+        each_place(slopes, seen, scale.pixels(HACHURE_MM[0]), SignDraw::Hachure, |place, chance| {
             let (fall, shade) = fall(place);
             let [least, most] = HACHURE_SLOPE;
             let steep = ((fall.length() - least) / (most - least)).clamp(0.0, 1.0);
@@ -90,7 +90,7 @@ pub(super) fn signs(
         });
     }
     if style.scree > 0.0 {
-        each_place(slopes, seen, scale.pixels(SCREE_MM), 3, |place, chance| {
+        each_place(slopes, seen, scale.pixels(SCREE_MM), SignDraw::Scree, |place, chance| {
             let (x, y) = at(place);
             if chance < f64::from(slopes.scree.at(x, y)) * style.scree {
                 // The shortest possible line: its round ends make a dot.
@@ -109,11 +109,11 @@ pub(super) fn signs(
 }
 
 /// Calls with each point of a jittered grid that is on land within an area, and with a random number from 0 to 1.
-fn each_place(slopes: &Slopes, area: Area, step: f64, kind: u64, mut call: impl FnMut(DVec2, f64)) {
+fn each_place(slopes: &Slopes, area: Area, step: f64, sign: SignDraw, mut call: impl FnMut(DVec2, f64)) {
     let span = |from: i64, to: i64| (from as f64 / step).floor() as i64 - 1..=(to as f64 / step).ceil() as i64;
     for j in span(area.y0, area.y1) {
         for i in span(area.x0, area.x1) {
-            let number = hash::mix(hash::mix(hash::mix(kind) ^ i as u64) ^ j as u64);
+            let number = hash::of([sign as u64, i as u64, j as u64]);
             let part = |by: u32| ((number >> by) & 0xFFFF) as f64 / 65_536.0;
             let place = dvec2(i as f64 + part(0), j as f64 + part(16)) * step;
             let (x, y) = (place.x.floor() as i64, place.y.floor() as i64);
