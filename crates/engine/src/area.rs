@@ -91,6 +91,19 @@ impl Area {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }
 
+    /// Iterates over the squares of `side` x `side` vertices, counted from the origin, that hold some of the area's: the
+    /// column and the row of each, row by row.
+    pub fn squares(self, side: i64) -> impl Iterator<Item = [i64; 2]> + Clone {
+        let span = move |from: i64, past: i64| from.div_euclid(side)..=(past - 1).div_euclid(side);
+        span(self.y0, self.y1).flat_map(move |row| span(self.x0, self.x1).map(move |column| [column, row]))
+    }
+
+    /// Iterates over the parts of the area in such [squares](Area::squares), row by row.
+    pub fn parts(self, side: i64) -> impl Iterator<Item = Area> {
+        let square = move |at: [i64; 2]| Area::new(at[0] * side, at[1] * side, side as usize, side as usize);
+        self.squares(side).filter_map(move |at| square(at).common(&self))
+    }
+
     /// Cuts the area in two across its longer side; one half is at most one vertex wider than the other.
     #[must_use]
     pub fn halves(self) -> [Area; 2] {

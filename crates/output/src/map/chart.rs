@@ -349,10 +349,13 @@ impl Picture {
     /// # Errors
     /// When `write` fails.
     pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        let rows = self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK);
-        rows.map(|row| Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area })
-            .filter_map(|strip| strip.common(&self.area))
-            .try_for_each(|strip| write(&self.pixels(strip)))
+        self.rows().try_for_each(|strip| write(&self.pixels(strip)))
+    }
+
+    /// Iterates over the parts of the picture in the rows of blocks.
+    fn rows(&self) -> impl Iterator<Item = Area> {
+        let column = Area { x1: self.area.x0 + 1, ..self.area };
+        column.parts(BLOCK).map(|part| Area { x1: self.area.x1, ..part })
     }
 
     /// Returns the pixels of a part of the picture: RGB, row by row.
@@ -361,15 +364,11 @@ impl Picture {
     /// When the part is not within the picture.
     pub fn pixels(&self, part: Area) -> Vec<u8> {
         assert!(self.area.contains(&part), "a picture knows what it shows and no more");
-        let span = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
-        let columns = span(part.x0, part.x1);
-        let places: Vec<[i64; 2]> =
-            span(part.y0, part.y1).flat_map(|row| columns.clone().map(move |column| [column, row])).collect();
-        let blocks: Vec<(Area, Vec<u8>)> =
-            places.par_iter().map(|[column, row]| self.block(part, *column, *row)).collect();
+        let parts: Vec<Area> = part.parts(BLOCK).collect();
+        let blocks: Vec<Vec<u8>> = parts.par_iter().map(|part| self.block(*part)).collect();
         let mut pixels = vec![0; part.len() * 3];
         let bytes = part.width() * 3;
-        for (area, block) in &blocks {
+        for (area, block) in parts.iter().zip(&blocks) {
             let left = (area.x0 - part.x0) as usize * 3;
             let lines = pixels.chunks_exact_mut(bytes).skip((area.y0 - part.y0) as usize);
             for (line, block) in lines.zip(block.chunks_exact(area.width() * 3)) {
@@ -379,21 +378,19 @@ impl Picture {
         pixels
     }
 
-    /// Returns the part of a block that lies in `part`: its area and its pixels.
-    fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
-        let (ground, outlines) = self.ground(column, row);
+    /// Returns the pixels of a part of a block.
+    fn block(&self, part: Area) -> Vec<u8> {
+        let (ground, outlines) = self.ground(part);
         stop::check();
-        let seen = ground.area.common(&part).expect("the block was chosen by the area");
         let mut canvas = Canvas::of_words(&ground.pixels);
         self.draw(std::slice::from_ref(&outlines), &mut canvas);
-        (seen, canvas.pixels(seen))
+        canvas.pixels(part)
     }
 
-    /// Returns the ground of a block, and the lines that follow from its heights.
-    fn ground(&self, column: i64, row: i64) -> (Ground, Outlines) {
+    /// Returns the ground of the block that a part belongs to, and the lines that follow from its heights.
+    fn ground(&self, part: Area) -> (Ground, Outlines) {
         stop::check();
-        let chart = &self.chart;
-        let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
+        let (chart, block) = (&self.chart, part.on_grid(BLOCK));
         let ground = chart.relief.ground(&chart.terrain, block);
         let boxes = self.writings.iter().flat_map(Writing::boxes);
         // The numbers of contours keep clear of the frame as well as of names.
@@ -414,16 +411,12 @@ impl Picture {
         page.clip(self.area);
         page.begin_layer(Layer::Relief);
         page.begin_picture(self.area);
-        let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
-        for row in self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK) {
-            let blocks: Vec<(Ground, Outlines)> =
-                columns.clone().into_par_iter().map(|column| self.ground(column, row)).collect();
-            let strip = Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area };
-            let strip = strip.common(&self.area).expect("rows were chosen by the area");
+        for strip in self.rows() {
+            let parts: Vec<Area> = strip.parts(BLOCK).collect();
+            let blocks: Vec<(Ground, Outlines)> = parts.par_iter().map(|part| self.ground(*part)).collect();
             let mut canvas = Canvas::new(strip, Colour([0; 3]));
-            for (ground, outlines) in blocks {
-                let seen = ground.area.common(&strip).expect("columns were chosen by the area");
-                canvas.put(seen, &Canvas::of_words(&ground.pixels).pixels(seen));
+            for (part, (ground, outlines)) in parts.into_iter().zip(blocks) {
+                canvas.put(part, &Canvas::of_words(&ground.pixels).pixels(part));
                 all.push(outlines);
             }
             page.add_rows(&canvas.pixels(strip))?;

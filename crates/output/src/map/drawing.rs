@@ -233,11 +233,8 @@ impl Draughtsman<'_> {
         find: impl Fn(&Area) -> Vec<T> + Sync,
         key: impl Fn(&T) -> K + Sync,
     ) -> Vec<T> {
-        let corners = |from: i64, to: i64| (from.div_euclid(PART)..=(to - 1).div_euclid(PART)).map(|at| at * PART);
-        let parts: Vec<Area> = corners(area.y0, area.y1)
-            .flat_map(|y| corners(area.x0, area.x1).map(move |x| Area::new(x, y, PART as usize + 1, PART as usize + 1)))
-            .filter_map(|part| part.common(&area))
-            .collect();
+        let part = |[x, y]: [i64; 2]| Area::new(x * PART, y * PART, PART as usize + 1, PART as usize + 1);
+        let parts: Vec<Area> = area.squares(PART).filter_map(|at| part(at).common(&area)).collect();
         let found = |part: &Area| {
             stop::check();
             find(part)
@@ -343,11 +340,9 @@ impl Draughtsman<'_> {
         let square_m = TOWN_MM * self.scale.denominator() / 1000.0;
         let cells = (square_m / (cell_side as f64 * settled.spacing_m())).ceil() as i64;
         let side = cells * cell_side;
-        let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
-        let squares: Vec<[i64; 2]> =
-            span(vertices.y0, vertices.y1).flat_map(|y| span(vertices.x0, vertices.x1).map(move |x| [x, y])).collect();
-        let town = |square: &[i64; 2]| settled.chief_site(*square, cells).map(|site| SiteFeature::new(settled, &site));
-        squares.par_iter().filter_map(town).collect()
+        let squares: Vec<[i64; 2]> = vertices.squares(side).collect();
+        let town = |square| settled.chief_site(square, cells).map(|site| SiteFeature::new(settled, &site));
+        squares.into_par_iter().filter_map(town).collect()
     }
 
     /// Draws roads. Returns the whole line of each road, with a number of its own.

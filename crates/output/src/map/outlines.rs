@@ -217,12 +217,9 @@ struct Numberer<'a> {
 impl Numberer<'_> {
     /// Returns at most one number for each square, on the straightest part of an index line.
     fn numbers(&self, contours: &[Contour], written: &[Quad]) -> Vec<Placed> {
-        let Area { x0, y0, x1, y1 } = self.ground.area;
-        let squares =
-            (y0..y1).step_by(SQUARE as usize).flat_map(|y| (x0..x1).step_by(SQUARE as usize).map(move |x| [x, y]));
+        let squares = self.ground.area.parts(SQUARE);
         squares
-            .filter_map(|[x, y]| {
-                let square = Area::new(x, y, SQUARE as usize, SQUARE as usize);
+            .filter_map(|square| {
                 let near: Vec<&Quad> = written.iter().filter(|quad| square.meets(bounds(quad.iter()))).collect();
                 let index = contours.iter().filter(|line| line.is_index());
                 let places = index.flat_map(|line| self.places(line, square, &near));

@@ -61,12 +61,8 @@ impl MapPainter {
             return bytes(&words, wanted);
         }
         let mut painted = vec![0; wanted.len() * 3];
-        let all = wanted.on_grid(SQUARE);
-        let corners = |from: i64, to: i64| (from..to).step_by(SQUARE as usize);
-        for [x, y] in corners(all.y0, all.y1).flat_map(|y| corners(all.x0, all.x1).map(move |x| [x, y])) {
-            let square = Area::new(x, y, SQUARE as usize, SQUARE as usize);
-            let part = square.common(&wanted).expect("squares were chosen by what is wanted");
-            let mut canvas = Canvas::at_vertices(square);
+        for part in wanted.parts(SQUARE) {
+            let mut canvas = Canvas::at_vertices(part.on_grid(SQUARE));
             canvas.put_words(part, &words);
             drawing.draw_roads(&self.style, self.scale, &mut canvas);
             for site in tile.sites() {

@@ -124,11 +124,7 @@ impl Afar {
         let wide = area.padded(nodes(APART_MM) + HALO);
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut heights = Grid::filled(wide, 0.0);
-        let corners = |from: i64, to: i64| (from.div_euclid(PART)..=(to - 1).div_euclid(PART)).map(|at| at * PART);
-        let parts: Vec<Area> = corners(wide.y0, wide.y1)
-            .flat_map(|y| corners(wide.x0, wide.x1).map(move |x| Area::new(x, y, PART as usize, PART as usize)))
-            .filter_map(|part| part.common(&wide))
-            .collect();
+        let parts: Vec<Area> = wide.parts(PART).collect();
         let made: Vec<Grid<f32>> =
             parts.into_par_iter().map(|part| self.world.relief().land(part, &Clock::default()).heights).collect();
         for part in made {
