@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use super::waterline::{WaterPoint, Waterlines, snapped};
+use super::waterline::{WaterPoint, Waterlines};
 use super::{Ground, GroundVertex, PARTS, Surface};
 use crate::area::Area;
 use crate::grid::Grid;
@@ -116,17 +116,15 @@ impl Builder {
 
     /// Adds a piece of a shore or a bank, cut where it crosses from cell to cell.
     fn add_piece(&mut self, from: &WaterPoint, to: &WaterPoint) {
-        let along = [0, 1].map(|axis| to.place[axis] - from.place[axis]);
         let mut shares: Vec<(f64, WaterPoint)> = vec![(0.0, *from), (1.0, *to)];
         for axis in 0..2 {
             let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
             for line in low.div_euclid(CELL) + 1..=(high - 1).div_euclid(CELL) {
-                let share = (line * CELL - from.place[axis]) as f64 / along[axis] as f64;
-                let mut place = [0, 1].map(|axis| from.place[axis] + snapped(along[axis] as f64 * share, self.grain));
-                place[axis] = line * CELL;
-                let mix = |from: f32, to: f32| from + (to - from) * share as f32;
-                let (level_m, ground_m) = (mix(from.level_m, to.level_m), mix(from.ground_m, to.ground_m));
-                shares.push((share, WaterPoint { place, level_m, ground_m }));
+                let along = to.place[axis] - from.place[axis];
+                let share = (line * CELL - from.place[axis]) as f64 / along as f64;
+                let mut point = from.towards(to, share, self.grain);
+                point.place[axis] = line * CELL;
+                shares.push((share, point));
             }
         }
         shares.sort_by(|a, b| a.0.total_cmp(&b.0));
