@@ -135,8 +135,8 @@ pub fn lines(places: &[[f64; 2]], step: usize) -> Vec<LineSegment> {
     ends.clone().zip(ends.skip(1)).map(|(from, to)| LineSegment::between(*from, *to)).collect()
 }
 
-/// Simplifies a polyline of `count` points, at least one: returns the indices of its ends, and of each point at which `split` divides
-/// the stretch from one kept point to the next.
+/// Simplifies a polyline of `count` points, at least one: returns the indices of its ends, and of each point at which
+/// `split` divides the stretch from one kept point to the next.
 ///
 /// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
 pub fn simplified(count: usize, split: impl Fn(usize, usize) -> Option<usize>) -> Vec<usize> {

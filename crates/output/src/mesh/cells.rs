@@ -3,8 +3,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::Triangulation;
 
+use super::constrained::{CutVertex, constrained};
 use super::waterline::{WaterPoint, Waterlines};
 use super::{Ground, GroundVertex, PARTS, Surface};
 use crate::area::Area;
@@ -145,35 +146,18 @@ impl Builder {
     }
 }
 
-/// A vertex of a cell: its place, and its index in the ground.
-#[derive(Clone, Copy)]
-struct Corner {
-    place: [i64; 2],
-    number: u32,
-}
-
-impl HasPosition for Corner {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        let [x, y] = self.place;
-        Point2::new(x as f64, y as f64)
-    }
-}
-
 impl Touched {
     /// Adds the triangles of the cell to the ground.
     fn triangulate(&self, corners: [u32; 4], ground: &mut Ground) {
-        let corner = |&number: &u32| Corner { place: ground.vertices[number as usize].place.map(i64::from), number };
-        let vertices: Vec<Corner> = corners.iter().chain(&self.points).map(corner).collect();
+        // Vertices of the cell, with their indices in the ground.
+        let corner = |&is: &u32| CutVertex { place: ground.vertices[is as usize].place.map(i64::from), is };
+        let vertices: Vec<CutVertex<u32>> = corners.iter().chain(&self.points).map(corner).collect();
         let index = |place: [i64; 2]| vertices.iter().position(|vertex| vertex.place == place);
         let pieces = self.pieces.iter().filter_map(|[from, to]| Some([index(*from)?, index(*to)?]));
-        let pieces: Vec<[usize; 2]> = pieces.filter(|[from, to]| from != to).collect();
-        let cut = ConstrainedDelaunayTriangulation::<Corner>::try_bulk_load_cdt(vertices, pieces, |_| {})
-            .expect("places are whole numbers");
-        for face in cut.inner_faces() {
+        let pieces: Vec<[usize; 2]> = pieces.collect();
+        for face in constrained(vertices, pieces.into_iter()).inner_faces() {
             // Spade turns counter-clockwise with y up, which is clockwise with y south.
-            let [a, b, c] = face.vertices().map(|vertex| vertex.data().number);
+            let [a, b, c] = face.vertices().map(|vertex| vertex.data().is);
             ground.triangles.push([a, c, b]);
         }
     }
