@@ -1,4 +1,4 @@
-// Inputs of all kernels: see src/device/gpu/job.rs.
+// Inputs of all kernels: see src/device/gpu/bands.rs.
 
 // Side of a workgroup in threads.
 override SIDE: u32 = 8u;

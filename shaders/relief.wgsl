@@ -23,7 +23,7 @@ fn hash_gradient(u: u32, v: u32) -> u32 {
     return twice >> 28u;
 }
 
-// Offsets in the words of an octave: see src/noise/packed.rs.
+// Offsets in the words of an octave: see src/noise/gpu_words.rs.
 const OCTAVE_WORDS: u32 = 136u;
 const BLOCK_AT: u32 = 1u;
 const OFFSET: u32 = 2u;

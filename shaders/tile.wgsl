@@ -4,7 +4,7 @@
 // Compiled after job.wgsl and exact.wgsl. All arithmetic on numbers with a fraction uses add, sub, mul, div and root of
 // exact.wgsl.
 
-// A band of rows of a tile: see src/device/gpu/job.rs.
+// A band of rows of a tile: see src/device/gpu/bands.rs.
 struct Band {
     // Land of the band: offset of its plane, width and height.
     land: u32,

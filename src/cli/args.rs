@@ -19,7 +19,7 @@ use crate::map::sheet::{Cells, Overlay};
 use crate::map::style::{STYLES, Style};
 use crate::mesh::middle;
 use crate::preset::{BUILT_IN, Preset, Sources};
-use crate::recipe::source;
+use crate::recipe::source::RecipeSources;
 use crate::threads::thread_count;
 use crate::walker::{Tour, Way};
 use crate::world::World;
@@ -178,7 +178,7 @@ pub(super) struct MergeArguments {
     #[arg(long, help_heading = "Folder", conflicts_with = "overwrite")]
     pub resume: bool,
     #[command(flatten)]
-    pub course: Course,
+    pub run: RunOptions,
 }
 
 #[derive(Args)]
@@ -189,7 +189,7 @@ pub(super) struct ShardPlanArguments {
     /// The program that runs the job: slurm, kubernetes, or commands for any other, such as GNU parallel: one line per
     /// shard, and last the merge.
     #[arg(long, value_name = "NAME", help_heading = "Job")]
-    pub engine: Engine,
+    pub engine: Scheduler,
     /// Number of shards [default: as many as each take about --minutes].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Job")]
     pub shards: Option<u64>,
@@ -211,7 +211,7 @@ pub(super) struct ShardPlanArguments {
 
 /// A program that runs jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum Engine {
+pub(super) enum Scheduler {
     /// Slurm: an array of jobs, and a merge job that depends on it.
     Slurm,
     /// Kubernetes: an indexed job, and a suspended merge job that you release when the shards are done.
@@ -495,14 +495,14 @@ fn device_names() -> Vec<&'static str> {
 #[derive(Args)]
 pub(super) struct Manner {
     #[command(flatten)]
-    pub course: Course,
+    pub run: RunOptions,
     #[command(flatten)]
     pub device: DeviceArguments,
 }
 
 /// Options for how a bake runs, on any device.
 #[derive(Args)]
-pub(super) struct Course {
+pub(super) struct RunOptions {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -843,12 +843,12 @@ impl Command {
     pub fn is_json(&self) -> bool {
         match self {
             Command::Bake(BakeArguments { common, .. }) | Command::Tile(TileArguments { common, .. }) => {
-                common.manner.course.json
+                common.manner.run.json
             }
-            Command::Extend(arguments) => arguments.manner.course.json,
-            Command::Walk(arguments) => arguments.manner.course.json,
-            Command::Merge(arguments) => arguments.course.json,
-            Command::ShardPlan(arguments) => arguments.common.manner.course.json,
+            Command::Extend(arguments) => arguments.manner.run.json,
+            Command::Walk(arguments) => arguments.manner.run.json,
+            Command::Merge(arguments) => arguments.run.json,
+            Command::ShardPlan(arguments) => arguments.common.manner.run.json,
             Command::Registry(RegistryArguments { json, .. })
             | Command::Repair { json, .. }
             | Command::Info { json, .. }
@@ -1241,7 +1241,7 @@ impl PlaceArguments {
 impl StyleArguments {
     /// Returns the style with the settings of the options applied.
     pub fn style(&self) -> Result<Style, Error> {
-        let mut sources: source::Sources<Style> = source::Sources::load(&self.style)?;
+        let mut sources: RecipeSources<Style> = RecipeSources::load(&self.style)?;
         for setting in &self.style_set {
             sources.set("--style-set", setting)?;
         }

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::area::{Region, Stride, TileId};
 use crate::bake::Shard;
-use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, Course, ExtendArguments, Manner};
+use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, ExtendArguments, Manner, RunOptions};
 use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles};
 use crate::cli::{thread_count, thread_pool};
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Er
     };
     planned(arguments, console, |plan, out| {
         let plan = on_device(plan, &options.manner, console)?;
-        carry_out(&plan, mode, &out, &options.manner.course, console)
+        carry_out(&plan, mode, &out, &options.manner.run, console)
     })
 }
 
@@ -50,14 +50,14 @@ pub(super) fn planned(
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
-    if !options.manner.course.quiet {
+    if !options.manner.run.quiet {
         console.warnings(&preset.warnings(&sources));
     }
     let place = arguments.place.located(&preset, options.seed)?;
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
     let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
     let mut world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
-    if !options.manner.course.quiet {
+    if !options.manner.run.quiet {
         console.warnings(&world.warnings());
     }
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
@@ -73,7 +73,7 @@ pub(super) fn planned(
     if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
         && let Some((fitted, named)) = profile.fitted(&world, &region)?
     {
-        if !options.manner.course.quiet {
+        if !options.manner.run.quiet {
             say_fitted(console, profile, &region, &fitted, &named)?;
         }
         region = fitted;
@@ -133,7 +133,7 @@ fn auto_range_m(
     options: &CommonArguments,
     console: &Console,
 ) -> Result<Option<[f32; 2]>, Error> {
-    if options.manner.course.dry_run {
+    if options.manner.run.dry_run {
         return Ok(None);
     }
     let known = if options.resume || options.add { look(out).unwrap_or_default() } else { Vec::new() };
@@ -141,9 +141,9 @@ fn auto_range_m(
         return Ok(begun.manifest.chosen_range_m(world));
     }
     let watch = Watch::default();
-    let pool = thread_pool(thread_count(options.manner.course.threads))?;
+    let pool = thread_pool(thread_count(options.manner.run.threads))?;
     let range_m = thread::scope(|scope| {
-        let shown = !options.manner.course.quiet && !options.manner.course.no_progress;
+        let shown = !options.manner.run.quiet && !options.manner.run.no_progress;
         let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
         let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
         pool.install(|| measured_range_m(world, region, &watch))
@@ -184,7 +184,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
         )]);
     }
     let plan = on_device(plan, manner, console)?;
-    carry_out(&plan, Mode::Extend, folder, &manner.course, console)
+    carry_out(&plan, Mode::Extend, folder, &manner.run, console)
 }
 
 /// Prints which region a profile gets instead of the default one.
@@ -242,7 +242,7 @@ pub(super) fn carry_out(
     plan: &Plan<'_>,
     mode: Mode,
     out: &Path,
-    options: &Course,
+    options: &RunOptions,
     console: &Console,
 ) -> Result<(), Error> {
     let (world, region) = (plan.world(), plan.made());

@@ -12,7 +12,7 @@ use crate::cli::console::Console;
 use crate::cli::thread_pool;
 use crate::device::Device;
 use crate::error::Error;
-use crate::experiment::{self, Engine, FILES, Options, Report, Step};
+use crate::experiment::{self, Engine, ExperimentOptions, FILES, Report, Step};
 use crate::stop;
 
 /// Measures what the command line asks for.
@@ -21,7 +21,7 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     // `None` stands for the largest number of threads; smaller numbers are measured side by side with it.
     let threads = arguments.threads.iter().copied().max().unwrap_or(1);
     let fewer = |count: usize| (count < threads).then_some(count);
-    let mut options = Options {
+    let mut options = ExperimentOptions {
         sizes: arguments.sizes,
         agents: arguments.agents.into_iter().map(Switch::is_on).collect(),
         minutes: arguments.minutes,
@@ -86,7 +86,7 @@ fn engines(devices: &[String], group_sides: &[u32]) -> Result<Vec<Engine>, Error
 }
 
 fn measure(
-    options: &Options,
+    options: &ExperimentOptions,
     threads: usize,
     pool: &rayon::ThreadPool,
     out: &Path,

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::area::TileId;
 use crate::cli::console::Console;
 use crate::error::Error;
-use crate::export::{self, Bytes, Contents, Run, State};
+use crate::export::{self, BakeState, Bytes, Contents, Run};
 
 /// Largest number of missing files that are listed.
 const SHOWN: usize = 20;
@@ -22,11 +22,11 @@ pub(super) fn run(folder: &Path, console: &Console) -> Result<(), Error> {
     })
 }
 
-fn state_name(state: State) -> &'static str {
+fn state_name(state: BakeState) -> &'static str {
     match state {
-        State::Whole => "whole",
-        State::UnderWay => "under way",
-        State::CutOff => "cut off",
+        BakeState::Whole => "whole",
+        BakeState::UnderWay => "under way",
+        BakeState::CutOff => "cut off",
     }
 }
 

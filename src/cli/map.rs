@@ -29,7 +29,7 @@ const INCH_MM: f64 = 25.4;
 pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Error> {
     let asked = &arguments.style;
     let style = asked.style()?;
-    let Subject { name, preset, seed, bounds_m } = Subject::of(arguments, console)?;
+    let MapSubject { name, preset, seed, bounds_m } = MapSubject::of(arguments, console)?;
     let scale = scale(arguments, bounds_m);
     let out = arguments.out.clone().unwrap_or_else(|| default_file(&name, seed, bounds_m, scale, &asked.style));
     let area = scale.pixels_of(bounds_m);
@@ -108,16 +108,16 @@ fn in_km(metres: f64) -> String {
 }
 
 /// The subject of a map: a world, and the part of it to draw, in metres.
-struct Subject {
+struct MapSubject {
     name: String,
     preset: Preset,
     seed: u64,
     bounds_m: [f64; 4],
 }
 
-impl Subject {
+impl MapSubject {
     /// Reads the world of a preset or of the bake in a folder. By default a bake's own region is drawn.
-    fn of(arguments: &MapArguments, console: &Console) -> Result<Subject, Error> {
+    fn of(arguments: &MapArguments, console: &Console) -> Result<MapSubject, Error> {
         let (MapArguments { preset: source, place, .. }, asked) = (arguments, &arguments.style);
         if !Path::new(source).is_dir() {
             let sources = sources(source, &asked.set)?;
@@ -125,7 +125,7 @@ impl Subject {
             console.warnings(&preset.warnings(&sources));
             let seed = asked.seed.unwrap_or(preset.seed);
             let bounds_m = place.located(&preset, Some(seed))?.bounds_m(preset.tile_cells, preset.spacing_m)?;
-            return Ok(Subject { name: sources.name().to_owned(), preset, seed, bounds_m });
+            return Ok(MapSubject { name: sources.name().to_owned(), preset, seed, bounds_m });
         }
         if !asked.set.is_empty() || asked.seed.is_some() {
             return Err(Error::Option {
@@ -140,7 +140,7 @@ impl Subject {
             true => place.located(&preset, Some(seed))?.bounds_m(region.tile_cells, preset.spacing_m)?,
             false => region.bounds_km.map(|km| km * 1000.0),
         };
-        Ok(Subject { name, preset, seed, bounds_m })
+        Ok(MapSubject { name, preset, seed, bounds_m })
     }
 }
 

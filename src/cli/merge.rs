@@ -13,7 +13,7 @@ use crate::watch::Watch;
 
 /// Merges shards into one bake.
 pub(super) fn run(arguments: &MergeArguments, console: &Console) -> Result<(), Error> {
-    let MergeArguments { shards, out, overwrite, resume, course } = arguments;
+    let MergeArguments { shards, out, overwrite, resume, run } = arguments;
     let shards = Shards::open(shards)?;
     let manifest = shards.manifest();
     let world = manifest.world()?;
@@ -24,14 +24,14 @@ pub(super) fn run(arguments: &MergeArguments, console: &Console) -> Result<(), E
         (_, true) => Mode::Resume,
         _ => Mode::New,
     };
-    if !course.dry_run {
+    if !run.dry_run {
         // Check all shards before anything is written.
-        let (watch, pool) = (Watch::default(), thread_pool(thread_count(course.threads))?);
+        let (watch, pool) = (Watch::default(), thread_pool(thread_count(run.threads))?);
         thread::scope(|scope| {
-            let shown = !course.quiet && !course.no_progress;
+            let shown = !run.quiet && !run.no_progress;
             let _reporter = shown.then(|| Reporter::start(scope, console, &watch, None));
             pool.install(|| shards.check(&watch))
         })?;
     }
-    carry_out(&plan, mode, &out, course, console)
+    carry_out(&plan, mode, &out, run, console)
 }

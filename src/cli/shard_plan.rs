@@ -9,7 +9,7 @@ use crate::bake::Shard;
 use crate::cli::args::{BakeArguments, ShardPlanArguments};
 use crate::cli::bake::planned;
 use crate::cli::console::Console;
-use crate::cli::jobs::Job;
+use crate::cli::jobs::ShardedBake;
 use crate::cli::{thread_count, thread_pool};
 use crate::error::Error;
 use crate::export::{Plan, Trial};
@@ -25,14 +25,14 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
         (preset == "-", "-", "name a file that all machines have"),
         (common.add, "--add", "add exports to the bake when it is whole"),
         (common.overwrite, "--overwrite", "choose a folder that is empty with --out"),
-        (common.manner.course.dry_run, "--dry-run", "leave it out: shard-plan bakes nothing"),
-        (common.manner.course.verbose, "--verbose", "leave it out: what jobs say goes to files"),
+        (common.manner.run.dry_run, "--dry-run", "leave it out: shard-plan bakes nothing"),
+        (common.manner.run.verbose, "--verbose", "leave it out: what jobs say goes to files"),
     ];
     if let Some((_, option, hint)) = unfit.into_iter().find(|(is_given, ..)| *is_given) {
         return Err(Error::Option { message: format!("shard-plan takes no {option}"), hint: hint.into() });
     }
     let bake = bake_words()?;
-    let threads = thread_count(common.manner.course.threads);
+    let threads = thread_count(common.manner.run.threads);
     let arguments = BakeArguments { preset, place, shard: None, common };
     planned(&arguments, console, |plan, out| {
         // One trial serves all numbers of shards: a second trial would measure other times.
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
         };
         let merge_memory_bytes = plan.cost(threads).memory_bytes();
         let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
-        let job = Job {
+        let job = ShardedBake {
             bake,
             out: out.to_string_lossy().into_owned(),
             shards,

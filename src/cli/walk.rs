@@ -21,7 +21,7 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
     let moved = preset.warnings(&sources);
     let world = World::new(preset, *seed)?;
     let tour = arguments.tour()?;
-    if !manner.course.quiet {
+    if !manner.run.quiet {
         console.warnings(&[moved, world.warnings()].concat());
     }
     let out = out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Er
         _ => Mode::New,
     };
     let plan = on_device(plan, manner, console)?;
-    carry_out(&plan, mode, &out, &manner.course, console)
+    carry_out(&plan, mode, &out, &manner.run, console)
 }
 
 /// Returns the default folder of a walk: a different one for each seed and way.

@@ -47,11 +47,11 @@ use crate::preset::{Preset, TILE_CELLS};
 use crate::threads::thread_pool;
 use crate::walker::{Camera, Expansion, FRAMES_A_SECOND, LAYERS, Walker, WalkerOptions};
 use crate::world::World;
-use picture::Picture;
+use picture::WalkPicture;
 
 /// Options of an experiment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct ExperimentOptions {
     /// Cells a tile side, 16 to 4096 each. Default: the thesis' 64, 128, 256 and 512.
     pub sizes: Vec<u32>,
     /// Methods to measure: with agents, without, or both. Default: both.
@@ -75,9 +75,9 @@ pub struct Options {
     pub baseline: bool,
 }
 
-impl Default for Options {
-    fn default() -> Options {
-        Options {
+impl Default for ExperimentOptions {
+    fn default() -> ExperimentOptions {
+        ExperimentOptions {
             sizes: vec![64, 128, 256, 512],
             agents: vec![true, false],
             minutes: 5.0,
@@ -91,7 +91,7 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl ExperimentOptions {
     /// Checks that there is something to measure and that all values are in their ranges.
     ///
     /// # Errors
@@ -286,14 +286,14 @@ pub struct Series {
 
 /// The walk over tiles of one size, in all configurations.
 #[derive(Debug)]
-pub struct Walk {
+pub struct WalkResult {
     /// Cells a tile side.
     pub tile_cells: u32,
     /// The results of each configuration.
     pub series: Vec<Series>,
     /// The GPU that computed some of the configurations.
     pub gpu: Option<String>,
-    picture: Picture,
+    picture: WalkPicture,
 }
 
 /// Walks over tiles of one size and measures all configurations, on the threads of the current rayon pool.
@@ -303,7 +303,7 @@ pub struct Walk {
 ///
 /// # Errors
 /// When an option is out of its range, or a GPU or threads that are asked for are not available.
-pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
+pub fn walk(options: &ExperimentOptions, tile_cells: u32) -> Result<WalkResult, Error> {
     options.check()?;
     let world = world(tile_cells)?;
     let side_m = tile_cells as f64 * world.spacing_m();
@@ -338,7 +338,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
     let baseline_clock = Clock::default();
     let baseline = options.baseline.then(|| Baseline::new(&world));
     let track = (0..=frames).step_by(FRAMES_A_SECOND as usize).map(place);
-    let mut picture = Picture::new(track, side_m, options.first(Method::Agents).layers);
+    let mut picture = WalkPicture::new(track, side_m, options.first(Method::Agents).layers);
     picture.add(0, walkers[0].walker.tiles(), world.spacing_m());
     let (mut turns, mut pictured) = (0, 0);
     for frame in 1..=frames {
@@ -390,7 +390,7 @@ pub fn walk(options: &Options, tile_cells: u32) -> Result<Walk, Error> {
         };
     }
     let gpu = makers.iter().find(|(engine, _)| *engine != Engine::Cpu).map(|(_, maker)| maker.name());
-    Ok(Walk { tile_cells, series, gpu, picture })
+    Ok(WalkResult { tile_cells, series, gpu, picture })
 }
 
 /// A walker that is measured, with its own pool of threads, if it has one.
@@ -443,8 +443,8 @@ fn world(tile_cells: u32) -> Result<World, Error> {
 mod tests {
     use super::*;
 
-    fn short(sizes: &[u32]) -> Options {
-        Options { sizes: sizes.to_vec(), minutes: 0.1, ..Options::default() }
+    fn short(sizes: &[u32]) -> ExperimentOptions {
+        ExperimentOptions { sizes: sizes.to_vec(), minutes: 0.1, ..ExperimentOptions::default() }
     }
 
     #[test]
@@ -487,7 +487,7 @@ mod tests {
     #[test]
     fn what_is_not_asked_for_is_not_measured() {
         let methods = |agents: &[bool], baseline| {
-            let options = Options { agents: agents.to_vec(), baseline, ..short(&[32]) };
+            let options = ExperimentOptions { agents: agents.to_vec(), baseline, ..short(&[32]) };
             let walk = walk(&options, 32).unwrap();
             walk.series.iter().map(|series| (series.configuration.method, series.timings.len())).collect::<Vec<_>>()
         };
@@ -499,7 +499,7 @@ mod tests {
 
     #[test]
     fn what_is_varied_is_measured_side_by_side() {
-        let options = Options {
+        let options = ExperimentOptions {
             agents: vec![true],
             layers: vec![1, 2],
             steps: vec![Step::All, Step::One],

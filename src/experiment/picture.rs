@@ -12,7 +12,7 @@ const NOTHING: u32 = u32::MAX;
 
 /// The kind of ground at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Cover {
+enum PixelGround {
     Land,
     River,
     Road,
@@ -24,12 +24,12 @@ struct Pixel {
     order: u32,
     /// Brightness in light from the north-west, 0 to 1.
     light: f32,
-    cover: Cover,
+    cover: PixelGround,
 }
 
 /// The picture while the walk goes on.
 #[derive(Debug)]
-pub(super) struct Picture {
+pub(super) struct WalkPicture {
     width: usize,
     height: usize,
     /// Place of the north-western corner, in metres east and south.
@@ -40,9 +40,9 @@ pub(super) struct Picture {
     last: usize,
 }
 
-impl Picture {
+impl WalkPicture {
     /// Makes a picture with room for `layers` layers of tiles of `side_m` metres around all places of the camera.
-    pub fn new(places: impl Iterator<Item = [f64; 2]>, side_m: f64, layers: u32) -> Picture {
+    pub fn new(places: impl Iterator<Item = [f64; 2]>, side_m: f64, layers: u32) -> WalkPicture {
         let layers = f64::from(layers);
         let track: Vec<[f64; 2]> = places.collect();
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -56,8 +56,8 @@ impl Picture {
         let metres_a_pixel = extent_m[0].max(extent_m[1]) / (LONGER_SIDE - 2.0 * MARGIN);
         let [width, height] = extent_m.map(|metres| (metres / metres_a_pixel + 2.0 * MARGIN).ceil() as usize);
         let corner_m = low.map(|metres| metres - MARGIN * metres_a_pixel);
-        let nothing = Pixel { order: NOTHING, light: 1.0, cover: Cover::Land };
-        Picture { width, height, corner_m, metres_a_pixel, pixels: vec![nothing; width * height], track, last: 0 }
+        let nothing = Pixel { order: NOTHING, light: 1.0, cover: PixelGround::Land };
+        WalkPicture { width, height, corner_m, metres_a_pixel, pixels: vec![nothing; width * height], track, last: 0 }
     }
 
     /// Adds the tiles of an expansion. Pixels of tiles that were made before stay as they are.
@@ -101,9 +101,9 @@ impl Picture {
         let scale = 1.0 / self.last.max(1) as f32;
         let colour = |pixel: &Pixel| match (pixel.order, pixel.cover) {
             (NOTHING, _) => [245.0, 245.0, 243.0],
-            (_, Cover::River) => [10.0, 30.0, 190.0],
-            (_, Cover::Road) => [120.0, 25.0, 5.0],
-            (order, Cover::Land) => {
+            (_, PixelGround::River) => [10.0, 30.0, 190.0],
+            (_, PixelGround::Road) => [120.0, 25.0, 5.0],
+            (order, PixelGround::Land) => {
                 order_colour(order as f32 * scale).map(|channel| channel * (0.35 + 0.85 * pixel.light).min(1.0))
             }
         };
@@ -150,8 +150,8 @@ impl Picture {
 
 /// Returns the kind of ground in a rectangle of vertices, widened by its own size on each side. One vertex of a river
 /// or a road is enough, so that thin ones show.
-fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> Cover {
-    let Some(imprint) = tile.imprint() else { return Cover::Land };
+fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> PixelGround {
+    let Some(imprint) = tile.imprint() else { return PixelGround::Land };
     let area = tile.area();
     let (wide, high) = (x1 - x0, y1 - y0);
     let (x0, x1) = ((x0 - wide).max(area.x0), (x1 + wide).min(area.x1));
@@ -160,9 +160,9 @@ fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> Cover {
     let holds =
         |share: &crate::grid::Grid<f32>| (y0..y1).any(|y| share.row(y, x0, x1).iter().any(|&share| share > 0.5));
     match (imprint.sand().is_some_and(holds), imprint.dirt().any(holds)) {
-        (true, _) => Cover::River,
-        (_, true) => Cover::Road,
-        _ => Cover::Land,
+        (true, _) => PixelGround::River,
+        (_, true) => PixelGround::Road,
+        _ => PixelGround::Land,
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::experiment::chart::chart;
 use crate::experiment::{
-    Configuration, Engine, FRAME_RATES, Machine, Method, MethodRecord, Report, Step, ThesisRow, Walk,
+    Configuration, Engine, FRAME_RATES, Machine, Method, MethodRecord, Report, Step, ThesisRow, WalkResult,
 };
 use crate::export::Bytes;
 use crate::file::{remove_unfinished, sync_folder, write_whole};
@@ -18,7 +18,7 @@ pub const FILES: [&str; 5] = ["expansions.csv", "summary.json", "report.md", "ch
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Error> {
+pub fn write_files(out: &Path, report: &Report, walks: &[WalkResult]) -> Result<(), Error> {
     remove_unfinished(out)?;
     let mut json = serde_json::to_string_pretty(report).expect("a report is JSON");
     json.push('\n');
@@ -33,7 +33,7 @@ pub fn write_files(out: &Path, report: &Report, walks: &[Walk]) -> Result<(), Er
 }
 
 /// Writes every expansion as a line of CSV.
-fn expansions_csv(walks: &[Walk]) -> String {
+fn expansions_csv(walks: &[WalkResult]) -> String {
     let mut csv = String::from("tile_cells,method,index,time_s,tiles,milliseconds\n");
     for walk in walks {
         for series in &walk.series {

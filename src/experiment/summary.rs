@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use crate::experiment::{
-    Configuration, FRAME_RATES, Machine, Method, Options, Series, Summary, TTest, ThesisRow, Walk,
+    Configuration, ExperimentOptions, FRAME_RATES, Machine, Method, Series, Summary, TTest, ThesisRow, WalkResult,
 };
 
 /// All results of an experiment.
@@ -101,7 +101,7 @@ pub struct Comparison {
 
 impl Report {
     /// Sums up walks that were made with `options` on `threads` threads.
-    pub fn new(options: &Options, threads: usize, walks: &[Walk]) -> Report {
+    pub fn new(options: &ExperimentOptions, threads: usize, walks: &[WalkResult]) -> Report {
         Report {
             terrane: env!("CARGO_PKG_VERSION"),
             gpu: walks.iter().find_map(|walk| walk.gpu.clone()),
@@ -115,7 +115,7 @@ impl Report {
 }
 
 impl WalkRecord {
-    fn new(walk: &Walk) -> WalkRecord {
+    fn new(walk: &WalkResult) -> WalkRecord {
         let baseline = walk.series.iter().find(|series| series.configuration.method == Method::Baseline);
         let methods: Vec<MethodRecord> =
             walk.series.iter().map(|series| MethodRecord::new(series, walk.tile_cells, baseline)).collect();

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::explore::request::{Failure, Status};
-use crate::explore::worlds::{Opened, Recipe};
+use crate::explore::worlds::{Opened, WorldRecipe};
 use crate::export::{Export, Profile};
 use crate::shell::quoted;
 
@@ -45,7 +45,7 @@ pub(super) struct Order {
     pub exports: Option<String>,
     /// Treatment of a bake that is already in the folder.
     #[serde(default)]
-    pub mode: Mode,
+    pub mode: FolderMode,
     /// True if only the command is wanted, without the plan of a dry run.
     #[serde(default)]
     pub quick: bool,
@@ -54,7 +54,7 @@ pub(super) struct Order {
 /// Treatment of a bake that is already in the folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Mode {
+pub(super) enum FolderMode {
     /// Refuse: the folder must hold no bake.
     #[default]
     New,
@@ -64,12 +64,12 @@ pub(super) enum Mode {
     Resume,
 }
 
-impl Mode {
+impl FolderMode {
     fn option(self) -> Option<&'static str> {
         match self {
-            Mode::New => None,
-            Mode::Overwrite => Some("--overwrite"),
-            Mode::Resume => Some("--resume"),
+            FolderMode::New => None,
+            FolderMode::Overwrite => Some("--overwrite"),
+            FolderMode::Resume => Some("--resume"),
         }
     }
 }
@@ -80,7 +80,7 @@ fn one() -> u32 {
 
 /// State of a bake, as the page gets it.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Progress {
+pub(super) struct BakeProgress {
     state: &'static str,
     stage: Option<String>,
     done: u64,
@@ -95,7 +95,7 @@ pub(super) struct Progress {
 const RUNNING: &str = "running";
 const STOPPING: &str = "stopping";
 
-impl Progress {
+impl BakeProgress {
     fn is_alive(&self) -> bool {
         [RUNNING, STOPPING].contains(&self.state)
     }
@@ -103,7 +103,7 @@ impl Progress {
 
 struct Running {
     child: Child,
-    progress: Progress,
+    progress: BakeProgress,
 }
 
 /// All bakes since the explorer was started; the number of a bake is its index plus 1.
@@ -130,7 +130,7 @@ impl Bakes {
         let of = |error| Failure::of(&error);
         exports.as_deref().map(Export::parse_list).transpose().map_err(of)?;
         let profile = profile.as_deref().map(Profile::from_str).transpose().map_err(of)?;
-        let Recipe { seed, set, .. } = &opened.recipe;
+        let WorldRecipe { seed, set, .. } = &opened.recipe;
         let mut arguments = vec!["bake".to_owned(), opened.source.clone()];
         if seed.is_some() {
             arguments.extend(["--seed".to_owned(), opened.world.seed().to_string()]);
@@ -171,7 +171,7 @@ impl Bakes {
     ///
     /// # Errors
     /// When too many bakes run, or the command cannot be started.
-    pub fn begin(&self, arguments: &[String], mode: Mode) -> Result<usize, Failure> {
+    pub fn begin(&self, arguments: &[String], mode: FolderMode) -> Result<usize, Failure> {
         let mut all = self.all();
         let running = all.iter().filter(|bake| bake.progress.is_alive()).count();
         if running >= MOST_RUNNING {
@@ -187,7 +187,7 @@ impl Bakes {
         let mut child = command.spawn().map_err(|error| cannot_start(&error))?;
         let messages = child.stdout.take().expect("it is piped");
         let progress =
-            Progress { state: RUNNING, stage: None, done: 0, of: None, seconds_left: None, out: None, error: None };
+            BakeProgress { state: RUNNING, stage: None, done: 0, of: None, seconds_left: None, out: None, error: None };
         all.push(Running { child, progress });
         let (index, shared) = (all.len() - 1, self.all.clone());
         drop(all);
@@ -201,7 +201,7 @@ impl Bakes {
     ///
     /// # Errors
     /// When there is no bake of that number.
-    pub fn progress(&self, number: u64) -> Result<Progress, Failure> {
+    pub fn progress(&self, number: u64) -> Result<BakeProgress, Failure> {
         let all = self.all();
         let index = (number as usize).wrapping_sub(1);
         all.get(index).map(|bake| bake.progress.clone()).ok_or_else(Failure::missing)
@@ -211,7 +211,7 @@ impl Bakes {
     ///
     /// # Errors
     /// When there is no bake of that number.
-    pub fn cancel(&self, number: u64) -> Result<Progress, Failure> {
+    pub fn cancel(&self, number: u64) -> Result<BakeProgress, Failure> {
         let mut all = self.all();
         let bake = all.get_mut((number as usize).wrapping_sub(1)).ok_or_else(Failure::missing)?;
         if bake.progress.state == RUNNING {

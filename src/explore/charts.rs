@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::error::Error;
-use crate::explore::spot::{Stage, pixel_m};
+use crate::explore::tile_address::{Stage, pixel_m};
 use crate::explore::worlds::Opened;
 use crate::map::Chart;
 use crate::map::scale::Scale;
@@ -19,11 +19,11 @@ const PIXELS_A_MM: f64 = 96.0 / 25.4;
 
 /// The maps of a level in the styles that were asked for. They share their land.
 #[derive(Default)]
-struct Level(Mutex<BTreeMap<&'static str, Arc<OnceLock<Arc<Chart>>>>>);
+struct ChartsByStyle(Mutex<BTreeMap<&'static str, Arc<OnceLock<Arc<Chart>>>>>);
 
 /// The kept levels, most recently used first.
 #[derive(Default)]
-pub(super) struct Charts(Mutex<VecDeque<(Key, Arc<Level>)>>);
+pub(super) struct Charts(Mutex<VecDeque<(Key, Arc<ChartsByStyle>)>>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Key {
@@ -74,7 +74,7 @@ impl Charts {
         Ok(slot.get_or_init(|| chart).clone())
     }
 
-    fn level(&self, key: Key) -> Arc<Level> {
+    fn level(&self, key: Key) -> Arc<ChartsByStyle> {
         let mut kept = self.0.lock().expect("no thread panics while it looks for a level");
         let at = kept.iter().position(|(known, _)| *known == key);
         let level = at.and_then(|at| kept.remove(at)).map_or_else(Arc::default, |(_, level)| level);

@@ -1,19 +1,19 @@
 //! The explorer: shows the endless world in a browser and draws its tiles while somebody looks.
 //!
 //! ```text
-//!   spot.rs      zoom levels and the places of tiles
-//!   heap.rs      freed memory, back to the system
-//!   request.rs   addresses -> requests; who may send them, and what is wrong with them
-//!   cache.rs     drawn tiles on the disk, within a limit
-//!   queue.rs     requests -> threads, in lanes for quick and slow work; work that nobody waits for is stopped
-//!   worlds.rs    preset, seed, settings -> an open world, by its identity
-//!   charts.rs    an open world -> its maps at each zoom level
-//!   tiles.rs     a tile -> its picture, heights and names
-//!   search.rs    "lake > 2 km2" -> the lakes near the middle of the view
-//!   bakes.rs     a rectangle -> the command that bakes it, what it takes, its progress
-//!   saved.rs     a world -> a preset file
-//!   page.rs      the files of the page
-//!   server.rs    HTTP on this machine's own address
+//!   tile_address.rs zoom levels and the places of tiles
+//!   heap.rs         freed memory, back to the system
+//!   request.rs      addresses -> requests; who may send them, and what is wrong with them
+//!   cache.rs        drawn tiles on the disk, within a limit
+//!   queue.rs        requests -> threads, in lanes for quick and slow work; work that nobody waits for is stopped
+//!   worlds.rs       preset, seed, settings -> an open world, by its identity
+//!   charts.rs       an open world -> its maps at each zoom level
+//!   tiles.rs        a tile -> its picture, heights and names
+//!   search.rs       "lake > 2 km2" -> the lakes near the middle of the view
+//!   bakes.rs        a rectangle -> the command that bakes it, what it takes, its progress
+//!   save_preset.rs  a world -> a preset file
+//!   page.rs         the files of the page
+//!   server.rs       HTTP on this machine's own address
 //! ```
 //!
 //! A tile of the page is a tile of a web map ([`crate::web`]): a square of pixels, counted from the world's origin,
@@ -29,7 +29,7 @@
 //! All worlds at all scales share one [budget](crate::memory::Budget) for what they remember, so memory does not grow
 //! with what is looked at.
 
-mod spot;
+mod tile_address;
 mod heap;
 mod request;
 mod cache;
@@ -39,7 +39,7 @@ mod charts;
 mod tiles;
 mod search;
 mod bakes;
-mod saved;
+mod save_preset;
 mod page;
 mod server;
 

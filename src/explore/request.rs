@@ -9,7 +9,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::explore::spot::{Spot, Stage};
+use crate::explore::tile_address::{Stage, TileAddress};
 
 /// The reason why a request is not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -125,7 +125,7 @@ fn is_this_machine(host: &str) -> bool {
 
 /// A request that changes nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Asked {
+pub(super) enum ReadRequest {
     /// A file of the page.
     Page(String),
     Start,
@@ -136,17 +136,17 @@ pub(super) enum Asked {
         world: String,
         style: String,
         stage: Stage,
-        spot: Spot,
+        spot: TileAddress,
     },
     Heights {
         world: String,
         stage: Stage,
-        spot: Spot,
+        spot: TileAddress,
     },
     Names {
         world: String,
         style: String,
-        spot: Spot,
+        spot: TileAddress,
     },
     Find {
         world: String,
@@ -165,34 +165,34 @@ pub(super) enum Asked {
 ///
 /// # Errors
 /// When there is no such address, or a number in it makes no sense.
-pub(super) fn read(path: &str, query: &str) -> Result<Asked, Failure> {
+pub(super) fn read(path: &str, query: &str) -> Result<ReadRequest, Failure> {
     let parts: Vec<&str> = path.strip_prefix('/').ok_or_else(Failure::missing)?.split('/').collect();
     let own = |text: &str| text.to_owned();
     match parts[..] {
-        [file] => Ok(Asked::Page(if file.is_empty() { "index.html".into() } else { own(file) })),
-        ["api", "start"] => Ok(Asked::Start),
-        ["api", "schema"] => Ok(Asked::Schema),
-        ["api", "memory"] => Ok(Asked::Memory),
-        ["api", "bakes", number] => Ok(Asked::Bake(natural(number)?)),
-        ["bakes", number, "map.png"] => Ok(Asked::Map(natural(number)?)),
+        [file] => Ok(ReadRequest::Page(if file.is_empty() { "index.html".into() } else { own(file) })),
+        ["api", "start"] => Ok(ReadRequest::Start),
+        ["api", "schema"] => Ok(ReadRequest::Schema),
+        ["api", "memory"] => Ok(ReadRequest::Memory),
+        ["api", "bakes", number] => Ok(ReadRequest::Bake(natural(number)?)),
+        ["bakes", number, "map.png"] => Ok(ReadRequest::Map(natural(number)?)),
         ["w", world, "heights", stage, zoom, x, y] => {
             // Full heights would take so long that nobody would still point at the tile: there is no address for them.
             let stage = Stage::named(stage).filter(|stage| *stage != Stage::Full).ok_or_else(Failure::missing)?;
             let y = y.strip_suffix(".js").ok_or_else(Failure::missing)?;
-            Ok(Asked::Heights { world: own(world), stage, spot: spot([zoom, x, y], false)? })
+            Ok(ReadRequest::Heights { world: own(world), stage, spot: spot([zoom, x, y], false)? })
         }
         ["w", world, "names", style, zoom, x, y] => {
             let y = y.strip_suffix(".json").ok_or_else(Failure::missing)?;
-            Ok(Asked::Names { world: own(world), style: own(style), spot: spot([zoom, x, y], false)? })
+            Ok(ReadRequest::Names { world: own(world), style: own(style), spot: spot([zoom, x, y], false)? })
         }
         ["w", world, style, stage, zoom, x, y] => {
             let stage = Stage::named(stage).ok_or_else(Failure::missing)?;
             let y = y.strip_suffix(".webp").ok_or_else(Failure::missing)?;
             let (y, is_dense) = y.strip_suffix("@2x").map_or((y, false), |y| (y, true));
-            Ok(Asked::Tile { world: own(world), style: own(style), stage, spot: spot([zoom, x, y], is_dense)? })
+            Ok(ReadRequest::Tile { world: own(world), style: own(style), stage, spot: spot([zoom, x, y], is_dense)? })
         }
         ["w", world, "find"] => find(own(world), query),
-        ["w", world, "watch"] => Ok(Asked::Watch { world: own(world) }),
+        ["w", world, "watch"] => Ok(ReadRequest::Watch { world: own(world) }),
         _ => Err(Failure::missing()),
     }
 }
@@ -203,7 +203,7 @@ const MOST_FOUND: usize = 100;
 /// Largest number of characters of a search.
 const MOST_LETTERS: usize = 200;
 
-fn find(world: String, query: &str) -> Result<Asked, Failure> {
+fn find(world: String, query: &str) -> Result<ReadRequest, Failure> {
     let (mut text, mut near_km, mut limit) = (None, [0.0; 2], 20);
     for (key, value) in form_urlencoded::parse(query.as_bytes()) {
         match &*key {
@@ -227,15 +227,15 @@ fn find(world: String, query: &str) -> Result<Asked, Failure> {
     }
     let is_short = |text: &String| !text.trim().is_empty() && text.chars().count() <= MOST_LETTERS;
     let query = text.filter(is_short).ok_or_else(|| Failure::malformed("q: expected what to find"))?;
-    Ok(Asked::Find { world, query, near_km, limit })
+    Ok(ReadRequest::Find { world, query, near_km, limit })
 }
 
-fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<Spot, Failure> {
+fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<TileAddress, Failure> {
     let wrong = || Failure::malformed(format!("{zoom}/{x}/{y} is no tile"));
     let zoom = natural(zoom).map_err(|_| wrong())?;
     let [x, y] = [x, y].map(integer);
     let (Some(x), Some(y)) = (x, y) else { return Err(wrong()) };
-    Spot::new(zoom, x, y, is_dense).ok_or_else(wrong)
+    TileAddress::new(zoom, x, y, is_dense).ok_or_else(wrong)
 }
 
 /// Parses a whole number only as it is usually written, so that no tile has two addresses.
@@ -293,11 +293,11 @@ mod tests {
     #[test]
     fn tiles_have_one_address_each_and_others_are_malformed() {
         let tile = |path: &str| read(path, "").map_err(|failure| failure.status as u16);
-        let spot = Spot::new(9, -3, 12, true).unwrap();
-        let asked = Asked::Tile { world: "0f".into(), style: "atlas".into(), stage: Stage::Full, spot };
+        let spot = TileAddress::new(9, -3, 12, true).unwrap();
+        let asked = ReadRequest::Tile { world: "0f".into(), style: "atlas".into(), stage: Stage::Full, spot };
         assert_eq!(tile("/w/0f/atlas/full/9/-3/12@2x.webp"), Ok(asked));
-        let spot = Spot::new(0, 0, -1, false).unwrap();
-        let heights = Asked::Heights { world: "0f".into(), stage: Stage::Glance, spot };
+        let spot = TileAddress::new(0, 0, -1, false).unwrap();
+        let heights = ReadRequest::Heights { world: "0f".into(), stage: Stage::Glance, spot };
         assert_eq!(tile("/w/0f/heights/glance/0/0/-1.js"), Ok(heights));
         for wrong in
             ["10/0/0", "-1/0/0", "+1/0/0", "01/0/0", "1/0x1/0", "1/-0/0", "1/1.5/0", "1/1e3/0", "1//0", "1/NaN/0"]
@@ -326,7 +326,7 @@ mod tests {
     fn a_search_says_what_where_and_how_many() {
         let find = |query: &str| read("/w/0f/find", query).map_err(|failure| failure.status as u16);
         let asked =
-            |query: &str, near_km, limit| Asked::Find { world: "0f".into(), query: query.into(), near_km, limit };
+            |query: &str, near_km, limit| ReadRequest::Find { world: "0f".into(), query: query.into(), near_km, limit };
         assert_eq!(find("q=lake+%3E+2%20km2&near=-3.5,12&limit=7"), Ok(asked("lake > 2 km2", [-3.5, 12.0], 7)));
         assert_eq!(find("q=Feanmere"), Ok(asked("Feanmere", [0.0, 0.0], 20)));
         for wrong in [

@@ -29,11 +29,11 @@ use crate::explore::charts::Charts;
 use crate::explore::heap;
 use crate::explore::page;
 use crate::explore::queue::{Lane, Queue};
-use crate::explore::request::{Asked, Failure, Sender, Status, read};
-use crate::explore::saved::save;
+use crate::explore::request::{Failure, ReadRequest, Sender, Status, read};
+use crate::explore::save_preset::save;
 use crate::explore::search::Search;
 use crate::explore::tiles::Studio;
-use crate::explore::worlds::{FILE, Given, Opened, Recipe, Worlds};
+use crate::explore::worlds::{FILE, Given, Opened, WorldRecipe, Worlds};
 use crate::export::Profile;
 use crate::generator;
 use crate::map::style::STYLES;
@@ -299,31 +299,31 @@ impl Explorer {
     }
 
     /// Answers requests that change nothing.
-    async fn look(self: &Arc<Self>, asked: Asked) -> Result<Response<Content>, Failure> {
+    async fn look(self: &Arc<Self>, asked: ReadRequest) -> Result<Response<Content>, Failure> {
         match asked {
-            Asked::Page(name) => {
+            ReadRequest::Page(name) => {
                 let (kind, content) = page::file(&name).ok_or_else(Failure::missing)?;
                 Ok(whole(kind, Keep::Never, content))
             }
-            Asked::Start => self.start().await,
-            Asked::Schema => Ok(told(&Preset::schema())),
-            Asked::Memory => {
+            ReadRequest::Start => self.start().await,
+            ReadRequest::Schema => Ok(told(&Preset::schema())),
+            ReadRequest::Memory => {
                 let Usage { held, most } = self.worlds.budget.usage();
                 Ok(told(&json!({ "held_bytes": held, "most_bytes": most })))
             }
-            Asked::Tile { world, style, stage, spot } => {
+            ReadRequest::Tile { world, style, stage, spot } => {
                 let pending = self.studio.picture(&self.opened(&world)?, &style, stage, spot)?;
                 Ok(whole("image/webp", Keep::Long, pending.bytes().await?))
             }
-            Asked::Heights { world, stage, spot } => {
+            ReadRequest::Heights { world, stage, spot } => {
                 let pending = self.studio.heights(&self.opened(&world)?, stage, spot)?;
                 Ok(whole("text/javascript", Keep::Long, pending.bytes().await?))
             }
-            Asked::Names { world, style, spot } => {
+            ReadRequest::Names { world, style, spot } => {
                 let pending = self.studio.names(&self.opened(&world)?, &style, spot)?;
                 Ok(whole(JSON, Keep::Long, pending.bytes().await?))
             }
-            Asked::Find { world, query, near_km, limit } => {
+            ReadRequest::Find { world, query, near_km, limit } => {
                 let opened = self.opened(&world)?;
                 let malformed = |error: Error| Failure { status: Status::Malformed, ..Failure::of(&error) };
                 let search = Search::new(&query).map_err(malformed)?;
@@ -332,9 +332,9 @@ impl Explorer {
                 let product = self.studio.queue.ask(Lane::Slow, blake3::hash(asked.as_bytes()), work)?.await?;
                 Ok(whole(JSON, Keep::Never, product[0].clone()))
             }
-            Asked::Watch { world } => Ok(self.watch(self.opened(&world)?)),
-            Asked::Bake(number) => Ok(told(&json!(self.bakes.progress(number)?))),
-            Asked::Map(number) => {
+            ReadRequest::Watch { world } => Ok(self.watch(self.opened(&world)?)),
+            ReadRequest::Bake(number) => Ok(told(&json!(self.bakes.progress(number)?))),
+            ReadRequest::Map(number) => {
                 let path = self.bakes.map(number)?;
                 let picture = blocking(move || std::fs::read(&path)).await?;
                 let gone = |_| Failure::new(Status::Missing, "the map of this bake is not there any more", "");
@@ -356,7 +356,7 @@ impl Explorer {
         })))
     }
 
-    async fn open(self: &Arc<Self>, recipe: Recipe) -> Result<Value, Failure> {
+    async fn open(self: &Arc<Self>, recipe: WorldRecipe) -> Result<Value, Failure> {
         let explorer = self.clone();
         blocking(move || {
             explorer.worlds.open(&recipe).map(|opened| opened.about()).map_err(|error| Failure::of(&error))
@@ -415,7 +415,7 @@ impl Explorer {
                 Ok(told(&json!({ "bake": number })))
             }
             (&Method::DELETE, ["api", "bakes", _]) => match read(&path, "")? {
-                Asked::Bake(number) => Ok(told(&json!(self.bakes.cancel(number)?))),
+                ReadRequest::Bake(number) => Ok(told(&json!(self.bakes.cancel(number)?))),
                 _ => Err(Failure::missing()),
             },
             (&Method::POST, ["api", "save"]) => {

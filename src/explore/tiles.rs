@@ -10,11 +10,11 @@ use crate::explore::cache::Cache;
 use crate::explore::charts::Charts;
 use crate::explore::queue::{Lane, Product, Queue, Ticket};
 use crate::explore::request::Failure;
-use crate::explore::spot::{Spot, Stage};
+use crate::explore::tile_address::{Stage, TileAddress};
 use crate::explore::worlds::Opened;
 use crate::map::Chart;
 use crate::map::style::STYLES;
-use crate::web::{Encoding, HEIGHT_SPACING_PX, TILE_PX, height_text};
+use crate::web::{HEIGHT_SPACING_PX, TILE_PX, TileEncoding, height_text};
 
 /// Side of a block in pixels. A block is drawn at once: it is a block of a chart, and holds four tiles or one dense
 /// tile.
@@ -64,7 +64,7 @@ struct Subject {
 /// The kind of product that a digest stands for, beside the place of its tile.
 #[derive(Clone, Copy)]
 #[repr(u8)]
-enum Kind {
+enum TileProduct {
     Picture,
     Names,
     Heights,
@@ -92,7 +92,7 @@ impl Subject {
 
     /// Returns the digest of all that a product depends on. For names pass a fixed `is_dense`, since they do not depend
     /// on the screen's pixels.
-    fn key(&self, kind: Kind, zoom: u8, is_dense: bool, x: i64, y: i64) -> blake3::Hash {
+    fn key(&self, kind: TileProduct, zoom: u8, is_dense: bool, x: i64, y: i64) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.opened.digest.as_bytes()).update(STYLES_DIGEST.as_bytes());
         hasher.update(self.style.as_bytes()).update(&[0, self.stage as u8, kind as u8, zoom, is_dense.into()]);
@@ -102,17 +102,17 @@ impl Subject {
 }
 
 /// Returns the tiles of a block, from the north-west row by row.
-fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<Spot> {
+fn tiles_of(zoom: u8, is_dense: bool, [x, y]: [i64; 2]) -> Vec<TileAddress> {
     if is_dense {
-        return vec![Spot { zoom, x, y, is_dense }];
+        return vec![TileAddress { zoom, x, y, is_dense }];
     }
     [(0, 0), (1, 0), (0, 1), (1, 1)]
-        .map(|(right, down)| Spot { zoom, x: 2 * x + right, y: 2 * y + down, is_dense })
+        .map(|(right, down)| TileAddress { zoom, x: 2 * x + right, y: 2 * y + down, is_dense })
         .to_vec()
 }
 
 /// Returns the column and row of the block that a tile is in.
-fn block_of(spot: Spot) -> [i64; 2] {
+fn block_of(spot: TileAddress) -> [i64; 2] {
     let Area { x0, y0, .. } = spot.pixels();
     [x0, y0].map(|at| at.div_euclid(BLOCK_PX))
 }
@@ -127,10 +127,10 @@ impl Studio {
         opened: &Arc<Opened>,
         style: &str,
         stage: Stage,
-        spot: Spot,
+        spot: TileAddress,
     ) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, style, stage)?;
-        let key = subject.key(Kind::Picture, spot.zoom, spot.is_dense, spot.x, spot.y);
+        let key = subject.key(TileProduct::Picture, spot.zoom, spot.is_dense, spot.x, spot.y);
         self.kept_or(&key, || {
             let ticket = self.block(subject, spot)?;
             Ok(Pending::Coming(ticket, place_in_block(spot)))
@@ -141,9 +141,9 @@ impl Studio {
     ///
     /// # Errors
     /// As for [`picture`](Studio::picture).
-    pub fn names(self: &Arc<Self>, opened: &Arc<Opened>, style: &str, spot: Spot) -> Result<Pending, Failure> {
+    pub fn names(self: &Arc<Self>, opened: &Arc<Opened>, style: &str, spot: TileAddress) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, style, Stage::Full)?;
-        let key = subject.key(Kind::Names, spot.zoom, false, spot.x, spot.y);
+        let key = subject.key(TileProduct::Names, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let ticket = self.block(subject, spot)?;
             // In a product, the names of all tiles follow the pictures.
@@ -156,9 +156,14 @@ impl Studio {
     ///
     /// # Errors
     /// When too many requests wait.
-    pub fn heights(self: &Arc<Self>, opened: &Arc<Opened>, stage: Stage, spot: Spot) -> Result<Pending, Failure> {
+    pub fn heights(
+        self: &Arc<Self>,
+        opened: &Arc<Opened>,
+        stage: Stage,
+        spot: TileAddress,
+    ) -> Result<Pending, Failure> {
         let subject = Subject::new(opened, HEIGHTS_STYLE, stage)?;
-        let key = subject.key(Kind::Heights, spot.zoom, false, spot.x, spot.y);
+        let key = subject.key(TileProduct::Heights, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let studio = self.clone();
             let work = move || {
@@ -185,9 +190,9 @@ impl Studio {
     }
 
     /// Asks for the block that a tile is in: the pictures of its tiles, and the names in each.
-    fn block(self: &Arc<Self>, subject: Subject, spot: Spot) -> Result<Ticket, Failure> {
+    fn block(self: &Arc<Self>, subject: Subject, spot: TileAddress) -> Result<Ticket, Failure> {
         let [x, y] = block_of(spot);
-        let key = subject.key(Kind::Block, spot.zoom, spot.is_dense, x, y);
+        let key = subject.key(TileProduct::Block, spot.zoom, spot.is_dense, x, y);
         let lane = if subject.stage == Stage::Full { Lane::Slow } else { Lane::Quick };
         let studio = self.clone();
         self.queue.ask(lane, key, move || studio.draw(&subject, spot.zoom, spot.is_dense, [x, y]))
@@ -202,7 +207,7 @@ impl Studio {
         let block_pixels = picture.pixels(area);
         for tile in &tiles {
             let bytes = encoded(&block_pixels, area, tile.pixels());
-            self.keep(&subject.key(Kind::Picture, zoom, is_dense, tile.x, tile.y), &bytes);
+            self.keep(&subject.key(TileProduct::Picture, zoom, is_dense, tile.x, tile.y), &bytes);
             product.push(bytes);
         }
         if subject.stage == Stage::Full {
@@ -215,7 +220,7 @@ impl Studio {
                     json!({ "name": name, "kind": kind, "at": [east, north] })
                 });
                 let bytes = json!(names.collect::<Vec<_>>()).to_string().into_bytes();
-                self.keep(&subject.key(Kind::Names, zoom, false, tile.x, tile.y), &bytes);
+                self.keep(&subject.key(TileProduct::Names, zoom, false, tile.x, tile.y), &bytes);
                 product.push(bytes);
             }
         }
@@ -224,7 +229,7 @@ impl Studio {
 }
 
 /// Returns the index of a tile among the tiles of its block.
-fn place_in_block(spot: Spot) -> usize {
+fn place_in_block(spot: TileAddress) -> usize {
     let tiles = tiles_of(spot.zoom, spot.is_dense, block_of(spot));
     tiles.iter().position(|tile| *tile == spot).expect("a tile is in its block")
 }
@@ -236,11 +241,11 @@ fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
         &rgb[3 * first..][..3 * part.width()]
     };
     let cut: Vec<u8> = (part.y0..part.y1).flat_map(row).copied().collect();
-    Encoding::WebP.encode(part.width() as u32, &cut)
+    TileEncoding::WebP.encode(part.width() as u32, &cut)
 }
 
 /// Returns a script with the heights of every second pixel of a tile, up to the first row and column of the next tiles.
-fn height_script(chart: &Chart, spot: Spot) -> String {
+fn height_script(chart: &Chart, spot: TileAddress) -> String {
     let mut area = spot.pixels();
     area.x1 += 1;
     area.y1 += 1;

@@ -7,15 +7,15 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::explore::spot::{MAX_ZOOM, REACH, pixel_m};
+use crate::explore::tile_address::{MAX_ZOOM, REACH, pixel_m};
 use crate::find::Finder;
 use crate::generator;
 use crate::map::Chart;
 use crate::map::style::STYLES;
 use crate::memory::Budget;
 use crate::preset::{BUILT_IN, Preset};
-use crate::recipe::source::{Sources, built_in};
-use crate::web::{Encoding, HEIGHT_SPACING_PX, HEIGHT_STEP_M};
+use crate::recipe::source::{RecipeSources, built_in};
+use crate::web::{HEIGHT_SPACING_PX, HEIGHT_STEP_M, TileEncoding};
 use crate::world::World;
 
 /// The name by which pages ask for the preset file that the explorer was started with.
@@ -41,7 +41,7 @@ pub struct Given {
 /// A world as a page asks for it: a preset, and what is changed in it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Recipe {
+pub(super) struct WorldRecipe {
     /// The name of a built-in preset, or [`FILE`].
     pub preset: String,
     pub seed: Option<u64>,
@@ -53,7 +53,7 @@ pub(super) struct Recipe {
 pub(super) struct Opened {
     /// Digest of the preset, the seed and the program's version, which tells the world from all others.
     pub digest: blake3::Hash,
-    pub recipe: Recipe,
+    pub recipe: WorldRecipe,
     /// The preset's name or path, as a command line has it.
     pub source: String,
     pub name: String,
@@ -78,10 +78,10 @@ impl Worlds {
     }
 
     /// Returns the recipe of the world that the explorer was started with.
-    pub fn first(&self) -> Recipe {
+    pub fn first(&self) -> WorldRecipe {
         let Given { preset, seed, set } = self.given.clone();
         let preset = if self.file().is_some() { FILE.into() } else { preset };
-        Recipe { preset, seed, set }
+        WorldRecipe { preset, seed, set }
     }
 
     /// Returns the preset file that the explorer was started with; `None` for a built-in preset.
@@ -95,12 +95,12 @@ impl Worlds {
     ///
     /// # Errors
     /// When there is no such preset, or something is wrong with it.
-    pub fn read(&self, recipe: &Recipe) -> Result<(String, String, Preset), Error> {
+    pub fn read(&self, recipe: &WorldRecipe) -> Result<(String, String, Preset), Error> {
         let source = match self.file() {
             Some(file) if recipe.preset == FILE => file,
             _ => built_in::<Preset>(&recipe.preset).map(|_| &*recipe.preset)?,
         };
-        let mut sources = Sources::<Preset>::load(source)?;
+        let mut sources = RecipeSources::<Preset>::load(source)?;
         recipe.set.iter().try_for_each(|setting| sources.set("--set", setting))?;
         Ok((source.to_owned(), sources.name().to_owned(), sources.read_all()?))
     }
@@ -109,7 +109,7 @@ impl Worlds {
     ///
     /// # Errors
     /// The errors of [`read`](Worlds::read), and when a value is out of its range.
-    pub fn open(&self, recipe: &Recipe) -> Result<Arc<Opened>, Error> {
+    pub fn open(&self, recipe: &WorldRecipe) -> Result<Arc<Opened>, Error> {
         let (source, name, preset) = self.read(recipe)?;
         let seed = recipe.seed.unwrap_or(preset.seed);
         let identity = json!([generator::VERSION, generator::layers(), preset, seed]);
@@ -153,7 +153,7 @@ impl Opened {
     /// Returns all that a page must know of the world.
     pub fn about(&self) -> Value {
         let (world, preset) = (&self.world, &self.preset);
-        let Recipe { preset: named, set, .. } = &self.recipe;
+        let WorldRecipe { preset: named, set, .. } = &self.recipe;
         let titles = STYLES.iter().map(|(name, _)| json!({ "name": name, "title": capitalised(name) }));
         let reach_m = REACH as f64 * world.spacing_m();
         let (lowest_m, highest_m) = world.height_range_m();
@@ -164,7 +164,7 @@ impl Opened {
             "warnings": world.warnings(), "spacing_m": world.spacing_m(), "tile_cells": preset.tile_cells,
             "is_fluvial": preset.fluvial.is_some(), "sea_level_m": preset.sea_level_m,
             "height_range_m": [lowest_m, highest_m], "values": preset,
-            "ending": Encoding::WebP.ending(), "dense": true, "layers": titles.collect::<Vec<_>>(),
+            "ending": TileEncoding::WebP.ending(), "dense": true, "layers": titles.collect::<Vec<_>>(),
             "heights": { "step_m": HEIGHT_STEP_M, "spacing_px": HEIGHT_SPACING_PX },
             "ground": {
                 "min_zoom": 0, "max_zoom": MAX_ZOOM, "finest_m": pixel_m(world.spacing_m(), MAX_ZOOM), "corner_m": [0, 0],
@@ -192,7 +192,7 @@ mod tests {
         let worlds = worlds("thesis");
         let open = |seed, set: &[&str]| {
             let set = set.iter().map(|setting| (*setting).to_owned()).collect();
-            worlds.open(&Recipe { preset: "thesis".into(), seed, set }).unwrap()
+            worlds.open(&WorldRecipe { preset: "thesis".into(), seed, set }).unwrap()
         };
         let first = open(None, &[]);
         let id = first.id();
@@ -211,7 +211,7 @@ mod tests {
         std::fs::write(&given, "extends = \"thesis\"\nspacing_m = 0.5\n").unwrap();
         std::fs::write(&other, "extends = \"thesis\"\n").unwrap();
         let worlds = worlds(&given);
-        let recipe = |preset: &str| Recipe { preset: preset.into(), ..Recipe::default() };
+        let recipe = |preset: &str| WorldRecipe { preset: preset.into(), ..WorldRecipe::default() };
         assert_eq!(worlds.first(), recipe(FILE));
         assert_eq!(worlds.open(&recipe(FILE)).unwrap().world.spacing_m(), 0.5);
         for elsewhere in [&given, &other, "/etc/passwd", "../Cargo.toml", "-", ""] {
@@ -229,8 +229,9 @@ mod tests {
     #[test]
     fn a_few_worlds_are_kept() {
         let worlds = worlds("thesis");
-        let open =
-            |seed| worlds.open(&Recipe { preset: "thesis".into(), seed: Some(seed), set: Vec::new() }).unwrap().id();
+        let open = |seed| {
+            worlds.open(&WorldRecipe { preset: "thesis".into(), seed: Some(seed), set: Vec::new() }).unwrap().id()
+        };
         let first = open(0);
         let ids: Vec<String> = (1..MOST_OPEN as u64).map(open).collect();
         assert!(worlds.known(&first).is_some(), "it was just used, and stays");

@@ -1,6 +1,7 @@
-//! The house has one staircase: a module imports only modules that stand above it in lib.rs, and whole crates stand above others. And
-//! its documentation names things.
+//! The house has one staircase: a module imports only modules that stand above it in lib.rs, and whole crates stand
+//! above others. Its documentation names things, and a name of a type has one meaning.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -111,4 +112,47 @@ fn documentation_opens_with_the_thing() {
     }
     let share = nameless.len() as f64 * 100.0 / f64::from(blocks);
     assert!(share <= MOST_NAMELESS, "{share:.1} of 100, with\n{}", nameless.join("\n"));
+}
+
+#[test]
+fn a_type_name_has_one_meaning() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for src in ["crates/engine/src", "crates/output/src", "src"] {
+        sources(&root.join(src), &mut files);
+    }
+    let mut names: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for path in files.iter().filter(|path| !path.ends_with("tests.rs")) {
+        let text = fs::read_to_string(path).unwrap();
+        let file = path.strip_prefix(root).unwrap().display().to_string();
+        for name in defined(&text) {
+            names.entry(name).or_default().push(file.clone());
+        }
+    }
+    assert!(names.len() > 500, "{} names", names.len());
+    names.retain(|_, files| files.len() > 1);
+    let double: Vec<String> = names.iter().map(|(name, files)| format!("{name}: {}", files.join(", "))).collect();
+    assert!(double.is_empty(), "names that stand for more than one type:\n{}", double.join("\n"));
+}
+
+/// The names of the types and traits that a file defines outside its inline tests. An indented `type` belongs to a
+/// trait.
+fn defined(text: &str) -> Vec<String> {
+    let code = text.split("mod tests {").next().unwrap();
+    let names = code.lines().filter_map(|line| {
+        let mut words = line.split_whitespace().skip_while(|word| word.starts_with("pub"));
+        let kind = words.find(|word| *word != "unsafe")?;
+        let is_type =
+            ["struct", "enum", "union", "trait"].contains(&kind) || (kind == "type" && !line.starts_with(' '));
+        let name = words.next().filter(|_| is_type)?;
+        Some(name.chars().take_while(|it| it.is_alphanumeric()).collect())
+    });
+    names.collect()
+}
+
+#[test]
+fn types_are_found_wherever_they_are_defined() {
+    let text = "pub(super) struct Area<T>(T);\nunsafe trait Lane {\n    type Mask;\n}\ntype Spot = [i64; 2];\n\
+                // enum Gone {\nfn make() {\n    enum Inner {}\n}\nmod tests {\n    struct Fake;\n}\n";
+    assert_eq!(defined(text), ["Area", "Lane", "Spot", "Inner"]);
 }

@@ -12,7 +12,7 @@ use terrane::map::Chart;
 use terrane::map::scale::Scale;
 use terrane::map::style::{STYLES, Style};
 use terrane::preset::{Preset, summary};
-use terrane::recipe::source::Sources;
+use terrane::recipe::source::RecipeSources;
 use terrane::world::World;
 
 fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
@@ -35,7 +35,7 @@ fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
     );
     let (_, preset) = Preset::load("alps").unwrap();
     for (style, scale, area) in [far, near] {
-        let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+        let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
         let chart = Chart::new(&preset, Some(3), style, scale).unwrap();
         check_parts(&chart, area);
     }
@@ -105,7 +105,7 @@ fn a_plain_hillshade_is_that_of_gdaldem() {
     // At 1:25,000 slopes are as steep as they are.
     let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 2.5 };
     let (_, preset) = Preset::load("alps").unwrap();
-    let style = Sources::<Style>::parse("plain.toml", PLAIN).unwrap().read_all().unwrap();
+    let style = RecipeSources::<Style>::parse("plain.toml", PLAIN).unwrap().read_all().unwrap();
     let chart = Chart::new(&preset, Some(3), style, scale).unwrap();
     let area = Area::new(100, 50, 300, 200);
     let pixels = chart.picture(area).pixels(area);
@@ -167,7 +167,7 @@ fn rivers_and_roads_of_agents_are_drawn() {
     let area = Area::new(0, 0, 400, 400);
     let style = |text: &str| {
         let text = format!("extends = \"relief\"\n{text}");
-        Sources::<Style>::parse("style.toml", &text).unwrap().read_all().unwrap()
+        RecipeSources::<Style>::parse("style.toml", &text).unwrap().read_all().unwrap()
     };
     let picture = |text: &str| {
         let (_, preset) = Preset::load("thesis").unwrap();
@@ -223,7 +223,8 @@ fn a_bad_style_is_refused_where_it_is_wrong() {
         ),
         ("ink = \"#000000\"", "style.toml:1:1", "the key paper is missing"),
     ] {
-        let error = Sources::<Style>::parse("style.toml", text).and_then(|sources| sources.read_all()).unwrap_err();
+        let error =
+            RecipeSources::<Style>::parse("style.toml", text).and_then(|sources| sources.read_all()).unwrap_err();
         let shown = error.to_string();
         assert!(shown.contains(place) && shown.contains(message), "{text}: {shown}");
         assert_eq!(error.exit_code(), 2);
@@ -233,12 +234,12 @@ fn a_bad_style_is_refused_where_it_is_wrong() {
     let (style, font) = (folder.path().join("own.toml"), folder.path().join("own.ttf"));
     fs::write(&style, "extends = \"atlas\"\n[labels]\nfont = \"own.ttf\"").unwrap();
     fs::write(&font, "no font").unwrap();
-    let sources = Sources::<Style>::load(&style.to_string_lossy()).unwrap();
+    let sources = RecipeSources::<Style>::load(&style.to_string_lossy()).unwrap();
     let shown = sources.read_all().unwrap_err().to_string();
     let refused = format!("labels.font: {font:?} is no TrueType or OpenType font");
     assert!(shown.contains("own.toml:3:8") && shown.contains(&refused), "{shown}");
     // A change of one key.
-    let mut sources = Sources::<Style>::load("relief").unwrap();
+    let mut sources = RecipeSources::<Style>::load("relief").unwrap();
     sources.set("--style-set", "contours.draw=true").unwrap();
     assert!(sources.read_all().unwrap().contours.draw);
 }

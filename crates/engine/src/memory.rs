@@ -230,7 +230,7 @@ pub struct Memory<K, V>(Arc<Inner<K, V>>);
 /// owner.
 #[derive(Debug)]
 struct Inner<K, V> {
-    shards: Vec<Mutex<Shard<K, V>>>,
+    shards: Vec<Mutex<Generations<K, V>>>,
     /// Bytes that one generation of a shard may hold.
     room: AtomicUsize,
     /// The budget that the memory shares with others, if any.
@@ -272,12 +272,12 @@ impl Hasher for KeyHasher {
 }
 
 /// A value that is being computed or has been computed.
-type Slot<V> = Arc<OnceLock<Arc<V>>>;
+type LazyValue<V> = Arc<OnceLock<Arc<V>>>;
 
 /// Two generations. A value that is asked for moves to the young one; when this grows too large, it becomes the old
 /// one, and the old one is forgotten.
 #[derive(Debug)]
-struct Shard<K, V> {
+struct Generations<K, V> {
     young: Generation<K, V>,
     old: Generation<K, V>,
 }
@@ -285,7 +285,7 @@ struct Shard<K, V> {
 #[derive(Debug)]
 struct Generation<K, V> {
     /// The entries, each with its bytes.
-    slots: HashMap<K, (Slot<V>, usize), HashKeys>,
+    slots: HashMap<K, (LazyValue<V>, usize), HashKeys>,
     bytes: usize,
     /// Time at which one of its values was last asked for, in bytes taken by the budget.
     asked: u64,
@@ -300,7 +300,7 @@ impl<K, V> Default for Generation<K, V> {
 impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
     /// Bytes of an entry without the heap memory of its value: its place in a hash table, which is two thirds full on
     /// average, its slot, and its value.
-    const ENTRY_BYTES: usize = (size_of::<(K, (Slot<V>, usize))>() + 1) * 3 / 2
+    const ENTRY_BYTES: usize = (size_of::<(K, (LazyValue<V>, usize))>() + 1) * 3 / 2
         + (COUNTS + size_of::<OnceLock<Arc<V>>>() + BLOCK)
         + (COUNTS + size_of::<V>() + BLOCK);
 
@@ -310,7 +310,7 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
         // The number of shards limits how many threads look up at once; shards of a small memory would hold too few
         // values.
         let shards = (bytes >> 18).clamp(1, 16);
-        let shard = || Mutex::new(Shard { young: Generation::default(), old: Generation::default() });
+        let shard = || Mutex::new(Generations { young: Generation::default(), old: Generation::default() });
         Memory(Arc::new(Inner {
             shards: (0..shards).map(|_| shard()).collect(),
             room: AtomicUsize::new(bytes / (2 * shards)),
@@ -382,12 +382,12 @@ where
 }
 
 impl<K, V> Inner<K, V> {
-    fn shard(&self, shard: usize) -> MutexGuard<'_, Shard<K, V>> {
+    fn shard(&self, shard: usize) -> MutexGuard<'_, Generations<K, V>> {
         self.shards[shard].lock().expect("no thread panics while it looks up")
     }
 
     /// Looks something up in a shard, and makes the budget forget values if it is exceeded.
-    fn look_up<T>(&self, shard: usize, look: impl FnOnce(&mut Shard<K, V>) -> T) -> T {
+    fn look_up<T>(&self, shard: usize, look: impl FnOnce(&mut Generations<K, V>) -> T) -> T {
         let budget = self.budget.get();
         let (found, is_too_much) = self.change(shard, |shard| {
             let found = look(shard);
@@ -404,7 +404,7 @@ impl<K, V> Inner<K, V> {
     }
 
     /// Changes the contents of a shard. Also tells whether this exceeds the budget.
-    fn change<T>(&self, shard: usize, change: impl FnOnce(&mut Shard<K, V>) -> T) -> (T, bool) {
+    fn change<T>(&self, shard: usize, change: impl FnOnce(&mut Generations<K, V>) -> T) -> (T, bool) {
         let mut shard = self.shard(shard);
         let before = shard.bytes();
         let done = change(&mut shard);
@@ -427,7 +427,7 @@ where
     }
 
     fn grow_old(&self) {
-        (0..self.shards.len()).for_each(|number| drop(self.change(number, Shard::grow_old)));
+        (0..self.shards.len()).for_each(|number| drop(self.change(number, Generations::grow_old)));
     }
 
     fn forget(&self, shard: usize) {
@@ -438,7 +438,7 @@ where
 
 impl<K, V> Drop for Inner<K, V> {
     fn drop(&mut self) {
-        let held = |shard: &mut Mutex<Shard<K, V>>| shard.get_mut().map_or(0, |shard| shard.bytes());
+        let held = |shard: &mut Mutex<Generations<K, V>>| shard.get_mut().map_or(0, |shard| shard.bytes());
         let held = self.shards.iter_mut().map(held).sum();
         if let Some(budget) = self.budget.get() {
             budget.count(held, 0);
@@ -446,7 +446,7 @@ impl<K, V> Drop for Inner<K, V> {
     }
 }
 
-impl<K, V> Shard<K, V> {
+impl<K, V> Generations<K, V> {
     fn bytes(&self) -> usize {
         self.young.bytes + self.old.bytes
     }
@@ -457,19 +457,19 @@ impl<K, V> Shard<K, V> {
     }
 }
 
-impl<K: Copy + Eq + Hash, V> Shard<K, V> {
+impl<K: Copy + Eq + Hash, V> Generations<K, V> {
     /// Returns the slot of a key and makes it young; a new slot counts as so many bytes.
-    fn slot(&mut self, key: K, bytes: usize, room: usize) -> Slot<V> {
+    fn slot(&mut self, key: K, bytes: usize, room: usize) -> LazyValue<V> {
         if let Some((slot, _)) = self.young.slots.get(&key) {
             return Arc::clone(slot);
         }
-        let (slot, bytes) = self.old.remove(&key).unwrap_or_else(|| (Slot::default(), bytes));
+        let (slot, bytes) = self.old.remove(&key).unwrap_or_else(|| (LazyValue::default(), bytes));
         self.hold(key, (Arc::clone(&slot), bytes), room);
         slot
     }
 
     /// Adds the bytes of a value that has been computed, unless its entry is forgotten already.
-    fn grow(&mut self, key: K, slot: &Slot<V>, more: usize, room: usize) {
+    fn grow(&mut self, key: K, slot: &LazyValue<V>, more: usize, room: usize) {
         let held = self.young.remove(&key).or_else(|| self.old.remove(&key));
         if let Some((own, bytes)) = held {
             let more = if Arc::ptr_eq(&own, slot) { more } else { 0 };
@@ -477,7 +477,7 @@ impl<K: Copy + Eq + Hash, V> Shard<K, V> {
         }
     }
 
-    fn hold(&mut self, key: K, entry: (Slot<V>, usize), room: usize) {
+    fn hold(&mut self, key: K, entry: (LazyValue<V>, usize), room: usize) {
         if self.young.bytes + entry.1 > room && !self.young.slots.is_empty() {
             self.grow_old();
         }
@@ -487,7 +487,7 @@ impl<K: Copy + Eq + Hash, V> Shard<K, V> {
 }
 
 impl<K: Eq + Hash, V> Generation<K, V> {
-    fn remove(&mut self, key: &K) -> Option<(Slot<V>, usize)> {
+    fn remove(&mut self, key: &K) -> Option<(LazyValue<V>, usize)> {
         let entry = self.slots.remove(key)?;
         self.bytes -= entry.1;
         Some(entry)

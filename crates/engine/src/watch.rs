@@ -10,7 +10,7 @@ use crate::clock::Clock;
 /// it.
 #[derive(Debug, Default)]
 pub struct Watch {
-    stage: Mutex<Option<Stage>>,
+    stage: Mutex<Option<CurrentStage>>,
     done: AtomicU64,
     /// Number of things that an earlier run has done: they count as done, but not towards the rate.
     skipped: AtomicU64,
@@ -20,7 +20,7 @@ pub struct Watch {
 
 /// The stage under way.
 #[derive(Clone, Copy, Debug)]
-struct Stage {
+struct CurrentStage {
     name: &'static str,
     of: Option<(u64, &'static str)>,
     /// When the stage began, and how many things were done by then.
@@ -50,14 +50,14 @@ impl Watch {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         self.done.store(0, Ordering::Relaxed);
         self.skipped.store(0, Ordering::Relaxed);
-        *stage = Some(Stage { name, of, since: Instant::now(), first: 0 });
+        *stage = Some(CurrentStage { name, of, since: Instant::now(), first: 0 });
     }
 
     /// Begins a stage that continues the count of the stage before it, at a rate of its own.
     pub fn go_on(&self, name: &'static str) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         let first = self.done.load(Ordering::Relaxed);
-        *stage = Some(Stage { name, of: stage.and_then(|stage| stage.of), since: Instant::now(), first });
+        *stage = Some(CurrentStage { name, of: stage.and_then(|stage| stage.of), since: Instant::now(), first });
     }
 
     /// Counts so many things as done. Returns how many were done before.
@@ -73,7 +73,7 @@ impl Watch {
     /// Returns the progress of the latest stage, or `None` before the first.
     pub fn progress(&self) -> Option<Progress> {
         let stage = self.stage.lock().expect("no thread panics while it names a stage");
-        let Stage { name, of, since, first } = (*stage)?;
+        let CurrentStage { name, of, since, first } = (*stage)?;
         let (done, elapsed) = (self.done.load(Ordering::Relaxed), since.elapsed());
         let rate = (of.is_some() && elapsed >= LEAST).then(|| (done - first) as f64 / elapsed.as_secs_f64());
         let done = done + self.skipped.load(Ordering::Relaxed);

@@ -4,12 +4,12 @@
 
 use std::fmt::Write;
 
-use crate::cli::args::Engine;
+use crate::cli::args::Scheduler;
 use crate::export::Bytes;
 use crate::shell::quoted;
 
 /// A bake in shards, and the resources that each shard takes.
-pub(super) struct Job {
+pub(super) struct ShardedBake {
     /// Words of the command that bakes the whole region, without the folder.
     pub bake: Vec<String>,
     /// The folder of the bake.
@@ -32,13 +32,13 @@ const ARRAY: u64 = 1000;
 /// Number of times that a failed shard is started again.
 const RETRIES: u64 = 3;
 
-impl Job {
+impl ShardedBake {
     /// Returns the text of the job for a scheduler.
-    pub fn text(&self, engine: Engine) -> String {
+    pub fn text(&self, engine: Scheduler) -> String {
         match engine {
-            Engine::Slurm => self.slurm(),
-            Engine::Kubernetes => self.kubernetes(),
-            Engine::Commands => self.commands(),
+            Scheduler::Slurm => self.slurm(),
+            Scheduler::Kubernetes => self.kubernetes(),
+            Scheduler::Commands => self.commands(),
         }
     }
 
@@ -110,7 +110,7 @@ impl Job {
 
     /// Returns the comment lines at the top: what the job does, and how to run it.
     fn head(&self, run: &str) -> String {
-        let Job { shards, threads, memory_bytes, seconds, out, .. } = self;
+        let ShardedBake { shards, threads, memory_bytes, seconds, out, .. } = self;
         let minutes = (seconds / 60.0).ceil();
         format!(
             "# Shards: {shards}, of about {minutes} min and at most {} of memory on {threads} threads each; then the merge into {}.\n\

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::features::layer::{Column, Kind, Layer, Shape, flat, point};
+use crate::features::layer::{Column, GeometryType, Layer, ValueKind, flat, point};
 use crate::features::plane::{length_m, metres};
 use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
@@ -34,13 +34,13 @@ pub struct LakeFeature {
 pub static LAKES: Layer<Arc<Lake>, LakeFeature> = Layer {
     name: "lakes",
     about: "lakes with their islands; metres",
-    shape: Shape::Polygon,
+    shape: GeometryType::Polygon,
     columns: &[
-        Column::new("id", Kind::Text, |lake| lake.id.clone().into()),
-        Column::optional("name", Kind::Text, |lake| lake.name.clone().into()),
-        Column::new("level_m", Kind::Real, |lake| lake.level_m.into()),
-        Column::new("area_m2", Kind::Real, |lake| lake.area_m2.into()),
-        Column::optional("outlet", Kind::Text, |lake| lake.outlet.map(|river| river.to_string()).into()),
+        Column::new("id", ValueKind::Text, |lake| lake.id.clone().into()),
+        Column::optional("name", ValueKind::Text, |lake| lake.name.clone().into()),
+        Column::new("level_m", ValueKind::Real, |lake| lake.level_m.into()),
+        Column::new("area_m2", ValueKind::Real, |lake| lake.area_m2.into()),
+        Column::optional("outlet", ValueKind::Text, |lake| lake.outlet.map(|river| river.to_string()).into()),
     ],
     sources: World::lakes,
     key: |lake| lake.id.to_string().into(),
@@ -94,10 +94,10 @@ pub struct CoastFeature {
 pub static COAST: Layer<Arc<Coast>, CoastFeature> = Layer {
     name: "coast",
     about: "the line between land and sea, land on its left; metres",
-    shape: Shape::Line,
+    shape: GeometryType::Line,
     columns: &[
-        Column::new("id", Kind::Text, |coast| coast.id.clone().into()),
-        Column::new("length_m", Kind::Real, |coast| coast.length_m.into()),
+        Column::new("id", ValueKind::Text, |coast| coast.id.clone().into()),
+        Column::new("length_m", ValueKind::Real, |coast| coast.length_m.into()),
     ],
     sources: World::coasts,
     key: |coast| coast_id(coast).into(),
@@ -133,11 +133,11 @@ pub struct PeakFeature {
 pub static PEAKS: Layer<Peak, PeakFeature> = Layer {
     name: "peaks",
     about: "peaks; metres",
-    shape: Shape::Point,
+    shape: GeometryType::Point,
     columns: &[
-        Column::new("id", Kind::Text, |peak| peak.id.clone().into()),
-        Column::optional("name", Kind::Text, |peak| peak.name.clone().into()),
-        Column::new("height_m", Kind::Real32, |peak| peak.height_m.into()),
+        Column::new("id", ValueKind::Text, |peak| peak.id.clone().into()),
+        Column::optional("name", ValueKind::Text, |peak| peak.name.clone().into()),
+        Column::new("height_m", ValueKind::Real32, |peak| peak.height_m.into()),
     ],
     sources: World::peaks,
     key: |peak| peak_id(peak).into(),

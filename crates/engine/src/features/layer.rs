@@ -13,7 +13,7 @@ pub struct Layer<S: 'static, F: 'static> {
     /// Description of the contents, with units.
     pub about: &'static str,
     /// Type of the geometries.
-    pub shape: Shape,
+    pub shape: GeometryType,
     /// Attributes of the features.
     pub columns: &'static [Column<F>],
     /// Collects the world's objects in an area.
@@ -32,7 +32,7 @@ pub type Geometry = Vec<Vec<[f64; 3]>>;
 
 /// Geometry type of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum GeometryType {
     /// A point.
     Point,
     /// A line.
@@ -43,10 +43,10 @@ pub enum Shape {
     Polygon,
 }
 
-impl Shape {
+impl GeometryType {
     /// Returns the number of coordinates per point.
     pub fn dimensions(self) -> usize {
-        if self == Shape::LineZ { 3 } else { 2 }
+        if self == GeometryType::LineZ { 3 } else { 2 }
     }
 }
 
@@ -64,14 +64,14 @@ pub struct Head {
     /// Key in a JSON object. Neighbouring attributes with the same key together make an array.
     pub key: &'static str,
     /// Type of the values.
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// True if every feature has a value.
     pub required: bool,
 }
 
 /// Type of an attribute's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ValueKind {
     /// A whole number.
     Integer,
     /// A 64-bit floating-point number.
@@ -88,13 +88,13 @@ pub enum Kind {
 pub enum Value {
     /// No value: the feature does not have the attribute.
     Nothing,
-    /// The value of an attribute of [`Kind::Integer`].
+    /// The value of an attribute of [`ValueKind::Integer`].
     Integer(i64),
-    /// The value of an attribute of [`Kind::Real`].
+    /// The value of an attribute of [`ValueKind::Real`].
     Real(f64),
-    /// The value of an attribute of [`Kind::Real32`].
+    /// The value of an attribute of [`ValueKind::Real32`].
     Real32(f32),
-    /// The value of an attribute of [`Kind::Text`].
+    /// The value of an attribute of [`ValueKind::Text`].
     Text(String),
 }
 
@@ -124,17 +124,22 @@ impl<T: Into<Value>> From<Option<T>> for Value {
 
 impl<F> Column<F> {
     /// Describes an attribute that every feature has.
-    pub(super) const fn new(name: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
+    pub(super) const fn new(name: &'static str, kind: ValueKind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key: name, kind, required: true }, value }
     }
 
     /// Describes an attribute that some features lack.
-    pub(super) const fn optional(name: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
+    pub(super) const fn optional(name: &'static str, kind: ValueKind, value: fn(&F) -> Value) -> Column<F> {
         Column { head: Head { name, key: name, kind, required: false }, value }
     }
 
     /// Describes an attribute that every feature has, with a key in objects that differs from its column name.
-    pub(super) const fn keyed(name: &'static str, key: &'static str, kind: Kind, value: fn(&F) -> Value) -> Column<F> {
+    pub(super) const fn keyed(
+        name: &'static str,
+        key: &'static str,
+        kind: ValueKind,
+        value: fn(&F) -> Value,
+    ) -> Column<F> {
         Column { head: Head { name, key, kind, required: true }, value }
     }
 }
@@ -188,7 +193,7 @@ pub trait AnyLayer: Sync {
     fn about(&self) -> &'static str;
 
     /// [`Layer::shape`].
-    fn shape(&self) -> Shape;
+    fn shape(&self) -> GeometryType;
 
     /// Returns name and type of each attribute.
     fn heads(&self) -> Vec<Head>;
@@ -207,7 +212,7 @@ impl<S, F> AnyLayer for Layer<S, F> {
         self.about
     }
 
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> GeometryType {
         self.shape
     }
 

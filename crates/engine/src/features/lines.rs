@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::area::{Area, TileId};
-use crate::features::layer::{Column, Kind, Layer, Row, Shape, flat, point};
+use crate::features::layer::{Column, GeometryType, Layer, Row, ValueKind, flat, point};
 use crate::features::plane::{length_m, metres};
 use crate::lines::{FIXED, Line, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, StructureKind};
 use crate::tile::Tile;
@@ -38,21 +38,21 @@ pub struct RiverFeature {
 pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
     name: "rivers",
     about: "rivers, from source to end, with the height of their surface; metres and m3/s",
-    shape: Shape::LineZ,
+    shape: GeometryType::LineZ,
     columns: &[
-        Column::new("id", Kind::Text, |river| river.id.to_string().into()),
-        Column::optional("name", Kind::Text, |river| river.name.clone().into()),
-        Column::new("course", Kind::Text, |river| river.course.to_string().into()),
-        Column::keyed("strahler", "order", Kind::Integer, |river| i64::from(river.order).into()),
-        Column::new("length_m", Kind::Real, |river| river.length_m.into()),
-        Column::keyed("width_start_m", "width_m", Kind::Real, |river| river.width_m[0].into()),
-        Column::keyed("width_end_m", "width_m", Kind::Real, |river| river.width_m[1].into()),
-        Column::keyed("discharge_start_m3s", "discharge_m3s", Kind::Real, |river| river.discharge_m3s[0].into()),
-        Column::keyed("discharge_end_m3s", "discharge_m3s", Kind::Real, |river| river.discharge_m3s[1].into()),
-        Column::keyed("level_start_m", "level_m", Kind::Real, |river| river.level_m[0].into()),
-        Column::keyed("level_end_m", "level_m", Kind::Real, |river| river.level_m[1].into()),
-        Column::new("ending", Kind::Text, |river| river.ending.name().into()),
-        Column::optional("joins", Kind::Text, |river| river.ending.id().into()),
+        Column::new("id", ValueKind::Text, |river| river.id.to_string().into()),
+        Column::optional("name", ValueKind::Text, |river| river.name.clone().into()),
+        Column::new("course", ValueKind::Text, |river| river.course.to_string().into()),
+        Column::keyed("strahler", "order", ValueKind::Integer, |river| i64::from(river.order).into()),
+        Column::new("length_m", ValueKind::Real, |river| river.length_m.into()),
+        Column::keyed("width_start_m", "width_m", ValueKind::Real, |river| river.width_m[0].into()),
+        Column::keyed("width_end_m", "width_m", ValueKind::Real, |river| river.width_m[1].into()),
+        Column::keyed("discharge_start_m3s", "discharge_m3s", ValueKind::Real, |river| river.discharge_m3s[0].into()),
+        Column::keyed("discharge_end_m3s", "discharge_m3s", ValueKind::Real, |river| river.discharge_m3s[1].into()),
+        Column::keyed("level_start_m", "level_m", ValueKind::Real, |river| river.level_m[0].into()),
+        Column::keyed("level_end_m", "level_m", ValueKind::Real, |river| river.level_m[1].into()),
+        Column::new("ending", ValueKind::Text, |river| river.ending.name().into()),
+        Column::optional("joins", ValueKind::Text, |river| river.ending.id().into()),
     ],
     sources: |world, area| world.lines_through(LineKind::River, area),
     key: |river| river.id.to_string().into(),
@@ -114,16 +114,16 @@ pub struct RoadFeature {
 pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     name: "roads",
     about: "roads that lead from one settlement to another, each drawn once, with the height of their surface; metres",
-    shape: Shape::LineZ,
+    shape: GeometryType::LineZ,
     columns: &[
-        Column::new("id", Kind::Text, |road| road.id.to_string().into()),
-        Column::new("class", Kind::Text, |road| road.class.name().into()),
+        Column::new("id", ValueKind::Text, |road| road.id.to_string().into()),
+        Column::new("class", ValueKind::Text, |road| road.class.name().into()),
         // Both keys are reserved words of SQL, so the columns have other names.
-        Column::keyed("from_site", "from", Kind::Text, |road| road.sites[0].to_string().into()),
-        Column::keyed("to_site", "to", Kind::Text, |road| road.sites[1].to_string().into()),
-        Column::new("max_grade", Kind::Real, |road| road.max_grade.into()),
-        Column::new("width_m", Kind::Real, |road| road.width_m.into()),
-        Column::new("length_m", Kind::Real, |road| road.length_m.into()),
+        Column::keyed("from_site", "from", ValueKind::Text, |road| road.sites[0].to_string().into()),
+        Column::keyed("to_site", "to", ValueKind::Text, |road| road.sites[1].to_string().into()),
+        Column::new("max_grade", ValueKind::Real, |road| road.max_grade.into()),
+        Column::new("width_m", ValueKind::Real, |road| road.width_m.into()),
+        Column::new("length_m", ValueKind::Real, |road| road.length_m.into()),
     ],
     sources: roads_through,
     key: |road| road.id.to_string().into(),
@@ -174,12 +174,12 @@ pub struct CrossingFeature {
 pub static CROSSINGS: Layer<(Arc<Line>, usize), CrossingFeature> = Layer {
     name: "crossings",
     about: "bridges, fords and tunnels of the roads; metres",
-    shape: Shape::Point,
+    shape: GeometryType::Point,
     columns: &[
-        Column::new("id", Kind::Text, |crossing| crossing.id.clone().into()),
-        Column::new("kind", Kind::Text, |crossing| crossing.kind.name().into()),
-        Column::new("road", Kind::Text, |crossing| crossing.road.to_string().into()),
-        Column::new("length_m", Kind::Real, |crossing| crossing.length_m.into()),
+        Column::new("id", ValueKind::Text, |crossing| crossing.id.clone().into()),
+        Column::new("kind", ValueKind::Text, |crossing| crossing.kind.name().into()),
+        Column::new("road", ValueKind::Text, |crossing| crossing.road.to_string().into()),
+        Column::new("length_m", ValueKind::Real, |crossing| crossing.length_m.into()),
     ],
     sources: crossings_of_roads,
     key: |crossing| crossing_id(crossing).into(),
@@ -228,23 +228,23 @@ pub struct PathFeature {
 }
 
 const PATH_COLUMNS: &[Column<PathFeature>] = &[
-    Column::new("owner_x", Kind::Integer, |path| path.owner.x.into()),
-    Column::new("owner_y", Kind::Integer, |path| path.owner.y.into()),
-    Column::new("ending", Kind::Text, |path| path.ending.name().into()),
-    Column::optional("joins_x", Kind::Integer, |path| joined(path.ending).map(|tile| tile.x).into()),
-    Column::optional("joins_y", Kind::Integer, |path| joined(path.ending).map(|tile| tile.y).into()),
-    Column::new("length_m", Kind::Real, |path| path.length_m.into()),
-    Column::new("width_start_m", Kind::Real32, |path| path.width_m[0].into()),
-    Column::new("width_end_m", Kind::Real32, |path| path.width_m[1].into()),
-    Column::new("floor_start_m", Kind::Real32, |path| path.floor_m[0].into()),
-    Column::new("floor_end_m", Kind::Real32, |path| path.floor_m[1].into()),
+    Column::new("owner_x", ValueKind::Integer, |path| path.owner.x.into()),
+    Column::new("owner_y", ValueKind::Integer, |path| path.owner.y.into()),
+    Column::new("ending", ValueKind::Text, |path| path.ending.name().into()),
+    Column::optional("joins_x", ValueKind::Integer, |path| joined(path.ending).map(|tile| tile.x).into()),
+    Column::optional("joins_y", ValueKind::Integer, |path| joined(path.ending).map(|tile| tile.y).into()),
+    Column::new("length_m", ValueKind::Real, |path| path.length_m.into()),
+    Column::new("width_start_m", ValueKind::Real32, |path| path.width_m[0].into()),
+    Column::new("width_end_m", ValueKind::Real32, |path| path.width_m[1].into()),
+    Column::new("floor_start_m", ValueKind::Real32, |path| path.floor_m[0].into()),
+    Column::new("floor_end_m", ValueKind::Real32, |path| path.floor_m[1].into()),
 ];
 
 /// The layer of all rivers of agents.
 pub static AGENT_RIVERS: Layer<Arc<Line>, PathFeature> = Layer {
     name: "rivers",
     about: "rivers, from source to end; metres",
-    shape: Shape::Line,
+    shape: GeometryType::Line,
     columns: PATH_COLUMNS,
     sources: |world, area| world.lines_through(LineKind::River, area),
     key: |path| path_key(owner(path.id)),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::features::layer::{Column, Kind, Layer, Shape, point};
+use crate::features::layer::{Column, GeometryType, Layer, ValueKind, point};
 use crate::features::lines::roads_through;
 use crate::features::plane::metres;
 use crate::lines::{LineId, SiteId};
@@ -31,13 +31,13 @@ pub struct SiteFeature {
 pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
     name: "sites",
     about: "settlements, also those elsewhere that the roads of the region lead to; metres",
-    shape: Shape::Point,
+    shape: GeometryType::Point,
     columns: &[
-        Column::new("id", Kind::Text, |site| site.id.to_string().into()),
-        Column::new("name", Kind::Text, |site| site.name.clone().into()),
-        Column::new("class", Kind::Text, |site| site.class.name().into()),
-        Column::new("population", Kind::Integer, |site| i64::from(site.population).into()),
-        Column::new("height_m", Kind::Real32, |site| site.height_m.into()),
+        Column::new("id", ValueKind::Text, |site| site.id.to_string().into()),
+        Column::new("name", ValueKind::Text, |site| site.name.clone().into()),
+        Column::new("class", ValueKind::Text, |site| site.class.name().into()),
+        Column::new("population", ValueKind::Integer, |site| i64::from(site.population).into()),
+        Column::new("height_m", ValueKind::Real32, |site| site.height_m.into()),
     ],
     sources,
     key: |site| site.id.to_string().into(),

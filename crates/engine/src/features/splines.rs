@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::features::layer::{AnyLayer, Column, Kind, Layer, Shape};
+use crate::features::layer::{AnyLayer, Column, GeometryType, Layer, ValueKind};
 use crate::features::lines::line_m;
 use crate::lines::{Line, LineId, LineKind, RoadClass, StructureKind};
 use crate::world::World;
@@ -26,17 +26,17 @@ pub struct SplineFeature {
 }
 
 const COLUMNS: &[Column<SplineFeature>] = &[
-    Column::new("id", Kind::Text, |line| line.id.to_string().into()),
-    Column::optional("name", Kind::Text, |line| line.name.clone().into()),
-    Column::optional("class", Kind::Text, |line| line.class.into()),
-    Column::optional("order", Kind::Integer, |line| line.order.into()),
+    Column::new("id", ValueKind::Text, |line| line.id.to_string().into()),
+    Column::optional("name", ValueKind::Text, |line| line.name.clone().into()),
+    Column::optional("class", ValueKind::Text, |line| line.class.into()),
+    Column::optional("order", ValueKind::Integer, |line| line.order.into()),
 ];
 
 /// The layer of all rivers, in any kind of world.
 static RIVERS: Layer<Arc<Line>, SplineFeature> = Layer {
     name: "rivers",
     about: "rivers, from source to end, with the height of their surface; metres and m3/s",
-    shape: Shape::LineZ,
+    shape: GeometryType::LineZ,
     columns: COLUMNS,
     sources: |world, area| world.lines_through(LineKind::River, area),
     key: |line| line.id.to_string().into(),

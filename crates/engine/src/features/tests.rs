@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use super::layer::Kind;
+use super::layer::ValueKind;
 use super::*;
 use crate::area::Area;
 use crate::geometry::LineSegment;
@@ -82,10 +82,10 @@ fn check_kinds(layer: &dyn AnyLayer, row: &Row) {
     for (head, value) in heads.iter().zip(&row.values) {
         let is_right = match value {
             Value::Nothing => !head.required,
-            Value::Integer(_) => head.kind == Kind::Integer,
-            Value::Real(_) => head.kind == Kind::Real,
-            Value::Real32(_) => head.kind == Kind::Real32,
-            Value::Text(_) => head.kind == Kind::Text,
+            Value::Integer(_) => head.kind == ValueKind::Integer,
+            Value::Real(_) => head.kind == ValueKind::Real,
+            Value::Real32(_) => head.kind == ValueKind::Real32,
+            Value::Text(_) => head.kind == ValueKind::Text,
         };
         assert!(is_right, "{}: {value:?} is no {head:?}", layer.name());
     }

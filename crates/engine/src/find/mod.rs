@@ -167,7 +167,7 @@ impl Finder {
             self.afar.insert(stride, self.world.at_stride(stride));
         }
         let afar = self.afar.get(&stride);
-        let search = Search { world: &self.world, afar, query, near_km };
+        let search = NearestSearch { world: &self.world, afar, query, near_km };
         // Blocks are a multiple of four times the coarsest stride, so that their quarters consist of whole nodes at
         // every stride.
         let whole = 4 * COARSEST as i64;
@@ -220,14 +220,14 @@ impl Finder {
 }
 
 /// A search for one thing.
-struct Search<'a> {
+struct NearestSearch<'a> {
     world: &'a World,
     afar: Option<&'a World>,
     query: &'a Query,
     near_km: [f64; 2],
 }
 
-impl Search<'_> {
+impl NearestSearch<'_> {
     /// Returns the distance in kilometres to the nearest point of a block.
     fn distance_km(&self, block: [i64; 2], block_km: f64) -> f64 {
         length([0, 1].map(|axis| {

@@ -10,7 +10,7 @@ use super::channel::Channel;
 use super::fields::Fields;
 use super::lake;
 use super::point::{Point, overlap};
-use super::segment::{Bounds, Reach, Segment, segments_of, widened};
+use super::segment::{Reach, Segment, SegmentBounds, segments_of, widened};
 use super::trunk::NodeId;
 use crate::geometry::length;
 use crate::lines::ChannelId;
@@ -41,26 +41,26 @@ pub struct Patch {
     /// The segments, group by group; within a group in the order of channels, and from their heads down.
     segments: Vec<Segment>,
     /// Groups of segments that lie close together.
-    groups: Vec<Group>,
+    groups: Vec<SegmentGroup>,
     /// Bounds of all segments.
-    bounds: Bounds,
+    bounds: SegmentBounds,
 }
 
 /// Segments of a patch that lie close together.
 #[derive(Debug)]
-struct Group {
+struct SegmentGroup {
     /// Indices of the group's first segment and of the one after its last.
     places: [u32; 2],
-    bounds: Bounds,
+    bounds: SegmentBounds,
 }
 
 heap_bytes!(ChannelId);
-heap_bytes!(Group);
+heap_bytes!(SegmentGroup);
 heap_bytes!(Patch: channels, segments, groups);
 
 /// The kind of segments that are asked for in a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
+pub enum ChannelPart {
     /// Channels whose lines touch the rectangle.
     Lines,
     /// Channels whose valley sides may be lowest in the rectangle, and their lines.
@@ -70,7 +70,7 @@ pub enum Asked {
 /// A source of channels, and of the segments above a level.
 pub trait AsksAbove {
     /// Returns the segments of the levels above `level` that are asked for in a rectangle.
-    fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above;
+    fn above(&self, level: u32, rectangle: [Point; 2], part: ChannelPart) -> Above;
 
     /// The channel of an id, if there is one.
     fn channel(&self, id: ChannelId) -> Option<Arc<Channel>>;
@@ -90,12 +90,12 @@ pub fn patches(
     fields: &Fields,
     level: u32,
     [low, high]: [Point; 2],
-    asked: Asked,
+    part: ChannelPart,
     origin: Point,
 ) -> impl Iterator<Item = PatchId> {
-    let sides = match asked {
-        Asked::Lines => 0.0,
-        Asked::Sides => widened(lake::most_sunk(fields, level), fields.widest_trough(level)),
+    let sides = match part {
+        ChannelPart::Lines => 0.0,
+        ChannelPart::Sides => widened(lake::most_sunk(fields, level), fields.widest_trough(level)),
     };
     // The middle of a line that touches the rectangle is at most half of the line's length away.
     let reach = sides + 0.5 * fields.longest_segment(level);
@@ -148,10 +148,10 @@ impl Patch {
         segments.sort_by_cached_key(cell_of);
         let mut groups = Vec::new();
         for group in segments.chunk_by(|a, b| cell_of(a) == cell_of(b)) {
-            let from = groups.last().map_or(0, |group: &Group| group.places[1]);
-            groups.push(Group { places: [from, from + group.len() as u32], bounds: Bounds::of(group) });
+            let from = groups.last().map_or(0, |group: &SegmentGroup| group.places[1]);
+            groups.push(SegmentGroup { places: [from, from + group.len() as u32], bounds: SegmentBounds::of(group) });
         }
-        let bounds = Bounds::of(&segments);
+        let bounds = SegmentBounds::of(&segments);
         debug_assert!(
             segments.iter().all(|segment| length(segment.along) <= fields.longest_segment(id.level)),
             "{id:?}"
@@ -183,7 +183,7 @@ impl Above {
     ///
     /// The iterator is lazy: `may_matter` is called for each group in turn, so results from earlier groups can rule out
     /// later ones.
-    pub fn of_groups(&self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = Near<'_>> {
+    pub fn of_groups(&self, may_matter: impl Fn(&SegmentBounds) -> bool + Copy) -> impl Iterator<Item = Near<'_>> {
         let patches = self.patches.iter().filter(move |patch| !patch.groups.is_empty() && may_matter(&patch.bounds));
         patches.flat_map(move |patch| {
             let groups = patch.groups.iter().filter(move |group| may_matter(&group.bounds));
@@ -198,7 +198,7 @@ impl Above {
 
     /// Returns the segments whose bounding boxes overlap a rectangle.
     pub fn overlapping(&self, rectangle: [[f64; 2]; 2]) -> impl Iterator<Item = &Segment> {
-        let overlaps = move |bounds: &Bounds| bounds.overlaps(rectangle, 0.0);
+        let overlaps = move |bounds: &SegmentBounds| bounds.overlaps(rectangle, 0.0);
         self.of_groups(overlaps).map(|near| near.segment).filter(move |segment| {
             let [low, high] = segment.bounds();
             let overlaps = |axis: usize| rectangle[0][axis] <= high[axis] && low[axis] <= rectangle[1][axis];
@@ -211,7 +211,7 @@ impl Above {
     pub fn nearest(&self, place: [f64; 2], distance: f64) -> Option<(f64, Near<'_>)> {
         let least = Cell::new(f64::INFINITY);
         let may_be_nearer =
-            |bounds: &Bounds| bounds.least_square(place) < least.get() && bounds.touches(place, distance);
+            |bounds: &SegmentBounds| bounds.least_square(place) < least.get() && bounds.touches(place, distance);
         let nearest = self.of_groups(&may_be_nearer).fold(None, |nearest, near| {
             let square = near.segment.nearest(place).1;
             if square < least.get() && near.segment.line().touches(place, distance) {
@@ -227,7 +227,7 @@ impl Above {
     /// with the height of that side in metres. `slope` is the rise of hillsides in metres a grain.
     pub fn lowest_side(&self, place: [f64; 2], slope: f64, distance: f64) -> Option<(f64, Near<'_>)> {
         let least_m = Cell::new(f64::INFINITY);
-        let may_be_lower = |bounds: &Bounds| {
+        let may_be_lower = |bounds: &SegmentBounds| {
             bounds.touches(place, distance) && bounds.may_be_below(bounds.least_square(place), slope, least_m.get())
         };
         let lowest = self.of_groups(&may_be_lower).fold(None, |lowest, near| {
@@ -248,11 +248,12 @@ impl Above {
         &self,
         place: [f64; 2],
         brook: f64,
-        may_matter: impl Fn(&Bounds) -> bool + Copy,
+        may_matter: impl Fn(&SegmentBounds) -> bool + Copy,
     ) -> impl Iterator<Item = &Segment> {
         let reach = Reach::even(brook);
-        let may_be =
-            move |bounds: &Bounds| bounds.least_square(place) < bounds.reach(brook).powi(2) && may_matter(bounds);
+        let may_be = move |bounds: &SegmentBounds| {
+            bounds.least_square(place) < bounds.reach(brook).powi(2) && may_matter(bounds)
+        };
         let is_beneath = move |segment: &&Segment| segment.nearest(place).1 < segment.reach(reach).powi(2);
         self.of_groups(may_be).map(|near| near.segment).filter(is_beneath)
     }
@@ -282,7 +283,7 @@ mod tests {
             let place = at.from(origin);
             let near = |distance: f64| [-distance, distance].map(|by| at.moved([by; 2]));
             let distance = 1.3 * cell;
-            let above = fluvial.network().above(2, near(distance), Asked::Lines);
+            let above = fluvial.network().above(2, near(distance), ChannelPart::Lines);
             let around = [-distance, distance].map(|by| place.map(|at| at + by));
             let names = |segments: &mut dyn Iterator<Item = &Segment>| {
                 let mut places: Vec<_> = segments.map(|segment| segment.from.map(f64::to_bits)).collect();
@@ -301,7 +302,7 @@ mod tests {
                 assert_eq!(of_id.side_m(place, slope), side_m, "the channel's id is another's");
             }
             let brook = 0.7 * cell;
-            let above = fluvial.network().above(2, near(brook), Asked::Sides);
+            let above = fluvial.network().above(2, near(brook), ChannelPart::Sides);
             let is_beneath = |segment: &&Segment| segment.nearest(place).1 < segment.reach(Reach::even(brook)).powi(2);
             assert_eq!(
                 above.beneath(place, brook, |_| true).count(),

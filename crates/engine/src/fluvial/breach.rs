@@ -28,7 +28,7 @@ pub fn input(area: Area) -> Area {
 /// right where their [`input`] lies within the area.
 pub fn breach(area: Area, surface_m: &[f32], may_be_pit: impl Fn(usize) -> bool, height_m: &mut [f32]) {
     let width = area.width();
-    let mut seen = Seen::default();
+    let mut seen = PitFlood::default();
     let mut lowest = vec![0.0; width - 2];
     let pad = REACH as usize + 1;
     for row in pad..area.height() - pad {
@@ -57,14 +57,14 @@ fn lowest_around(surface_m: &[f32], width: usize, start: usize, lowest: &mut [f3
 
 /// The square around a pit, as water rises in it.
 #[derive(Default)]
-struct Seen {
+struct PitFlood {
     /// Vertices that the water reaches next: the lowest first, and of equal ones the first in the square.
     shore: BinaryHeap<Reverse<(u32, usize)>>,
     /// For each vertex of the square, the vertex from which the water came; the vertex itself if no water came.
     from: Vec<usize>,
 }
 
-impl Seen {
+impl PitFlood {
     /// Cuts the way out of a pit, if there is one within reach.
     fn breach(&mut self, pit: usize, width: usize, surface_m: &[f32], height_m: &mut [f32]) {
         let in_world = |at: usize| pit + at / SIDE * width + at % SIDE - REACH as usize * (width + 1);

@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use super::above::{self, Above, Asked, AsksAbove, Patch, PatchId};
+use super::above::{self, Above, AsksAbove, ChannelPart, Patch, PatchId};
 use super::branches::Branches;
 use super::channel::Channel;
 use super::fields::{Fields, most_area};
@@ -197,9 +197,9 @@ impl Network {
 }
 
 impl AsksAbove for Network {
-    fn above(&self, level: u32, rectangle: [Point; 2], asked: Asked) -> Above {
+    fn above(&self, level: u32, rectangle: [Point; 2], part: ChannelPart) -> Above {
         let origin = above::origin(&self.fields, rectangle[0]);
-        let ids = (0..level).flat_map(|level| above::patches(&self.fields, level, rectangle, asked, origin));
+        let ids = (0..level).flat_map(|level| above::patches(&self.fields, level, rectangle, part, origin));
         let patches = ids.map(|id| self.patch(id)).collect();
         Above { origin, patches }
     }

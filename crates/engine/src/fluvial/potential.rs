@@ -25,12 +25,12 @@ pub struct Potential {
     noise: PointNoise,
     /// Displacements of the plane that make shores jagged. A displaced potential has no hollows that it did not have
     /// before. More octaves of the potential itself would make dozens, and each would be a sea without an outlet.
-    bends: Vec<Bend>,
+    bends: Vec<PlaneDisplacement>,
 }
 
 /// A displacement of the plane that does not fold it.
 #[derive(Debug)]
-struct Bend {
+struct PlaneDisplacement {
     /// Displacement east and south, as a share of `most`.
     axes: [PointNoise; 2],
     /// Greatest displacement of a place in grains.
@@ -55,7 +55,7 @@ impl Potential {
         // The short bends first. Two bends in a row fold the plane no more than either of them does.
         let bends = waves_m.into_iter().zip(BEND_STREAMS);
         let bends = bends.filter(|(wave_m, _)| *wave_m >= LEAST_BEND * step_m);
-        let bends = bends.map(|(wave_m, streams)| Bend {
+        let bends = bends.map(|(wave_m, streams)| PlaneDisplacement {
             axes: streams.map(|stream| of(wave_m, BEND_OCTAVES, stream)),
             most: MOST_BEND * wave_m / metres_a_grain,
         });
@@ -68,7 +68,7 @@ impl PointField for Potential {
     #[allow(clippy::needless_range_loop, reason = "a loop over the places of arrays is what becomes vectors")]
     fn at_each<const N: usize>(&self, points: [Point; N]) -> [f64; N] {
         let mut points = points;
-        for Bend { axes: [east, south], most } in &self.bends {
+        for PlaneDisplacement { axes: [east, south], most } in &self.bends {
             let (east, south) = (east.at_each(points), south.at_each(points));
             for n in 0..N {
                 points[n].x += rounded(most * east[n]);

@@ -328,7 +328,7 @@ impl Segment {
 
 /// Bounds of the places and values of some segments.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub struct SegmentBounds {
     /// The corners of their bounding box.
     rectangle: [[f64; 2]; 2],
     /// The heights in metres of their lowest and their highest water.
@@ -340,10 +340,10 @@ pub struct Bounds {
     most_sunk: f64,
 }
 
-impl Bounds {
+impl SegmentBounds {
     /// Returns the bounds of these segments; without any, no place is near enough to matter.
-    pub fn of(segments: &[Segment]) -> Bounds {
-        let none = Bounds {
+    pub fn of(segments: &[Segment]) -> SegmentBounds {
+        let none = SegmentBounds {
             rectangle: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
             level_m: [f64::INFINITY, f64::NEG_INFINITY],
             gentlest_cross: f64::INFINITY,
@@ -354,7 +354,7 @@ impl Bounds {
         };
         segments.iter().fold(none, |all, segment| {
             let ([low, high], [all_low, all_high]) = (segment.bounds(), all.rectangle);
-            Bounds {
+            SegmentBounds {
                 rectangle: [
                     [0, 1].map(|axis| least(all_low[axis], low[axis])),
                     [0, 1].map(|axis| most(all_high[axis], high[axis])),
@@ -442,7 +442,7 @@ impl Circle {
     }
 
     /// Returns a lower bound of the grains from some segments to the nearest place in the circle.
-    pub fn least_of(&self, bounds: &Bounds) -> f64 {
+    pub fn least_of(&self, bounds: &SegmentBounds) -> f64 {
         self.left(bounds.least_square(self.middle))
     }
 

@@ -3,12 +3,14 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use super::above::{self, Above, Asked, AsksAbove};
+use super::above::{self, Above, AsksAbove, ChannelPart};
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
 use super::point::{Point, chance, overlap};
-use super::segment::{Bounds, Circle, INCISION, Segment, bed_in, cut_into, measured, nearly_below, rise, segments_of};
+use super::segment::{
+    Circle, INCISION, Segment, SegmentBounds, bed_in, cut_into, measured, nearly_below, rise, segments_of,
+};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk::{LEAST_SLOPE, NodeId};
 use super::trunk_curve::DROWNED_SLOPE;
@@ -72,14 +74,14 @@ struct LargerValleys<'a> {
 
 impl<'a> LargerValleys<'a> {
     /// Returns the segments of the valleys, without the groups whose bounds show that they do not matter.
-    fn which(self, may_matter: impl Fn(&Bounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
+    fn which(self, may_matter: impl Fn(&SegmentBounds) -> bool + Copy) -> impl Iterator<Item = &'a Segment> {
         self.above.beneath(self.middle, self.brook, may_matter)
     }
 
     /// Returns the segments that may decide [how high a bed keeps](beside_m) somewhere in a circle.
-    fn nearly_above(self, circle: &Circle, beside: Beside) -> Vec<&'a Segment> {
+    fn nearly_above(self, circle: &Circle, beside: GentlestSides) -> Vec<&'a Segment> {
         let highest_m = Cell::new(f64::NEG_INFINITY);
-        let may_be_higher = |bounds: &Bounds| {
+        let may_be_higher = |bounds: &SegmentBounds| {
             bounds.level_m[1] - beside.rise_m(bounds.least_square(circle.middle).sqrt()) > highest_m.get()
         };
         self.which(&may_be_higher).for_each(|segment| {
@@ -91,14 +93,14 @@ impl<'a> LargerValleys<'a> {
         // Nowhere in the circle is the height less than this.
         let least_m = highest_m.get() - beside.slope * circle.radius;
         let may_decide = |highest_m: f64, grains: f64| highest_m - beside.rise_m(grains) >= least_m;
-        let may_matter = |bounds: &Bounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
+        let may_matter = |bounds: &SegmentBounds| may_decide(bounds.level_m[1], circle.least_of(bounds));
         self.which(&may_matter).filter(|segment| may_decide(segment.highest_m(), circle.least(segment))).collect()
     }
 
     /// Returns the segments whose sides may be below a height somewhere in a circle, if hillsides rise `slope` metres a
     /// grain.
     fn nearly_below(self, circle: &Circle, slope: f64, most_m: f64) -> Vec<&'a Segment> {
-        let may_matter = |bounds: &Bounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
+        let may_matter = |bounds: &SegmentBounds| bounds.may_be_below(circle.least_of(bounds).powi(2), slope, most_m);
         self.which(&may_matter)
             .filter(|segment| segment.may_be_below(circle.least(segment).powi(2), slope, most_m))
             .collect()
@@ -113,7 +115,7 @@ impl Surroundings {
 
     /// Returns the lines that the tributary must not cross, those of larger valleys among them.
     fn lines(&self, valleys: LargerValleys) -> Vec<LineSegment> {
-        let may_touch = |bounds: &Bounds| bounds.touches(self.middle, self.reach);
+        let may_touch = |bounds: &SegmentBounds| bounds.touches(self.middle, self.reach);
         let lines = self.courses.iter().copied().chain(valleys.which(&may_touch).map(Segment::line));
         lines.filter(|line| line.touches(self.middle, self.reach)).collect()
     }
@@ -182,7 +184,7 @@ impl Tributaries {
         let (middle, reach) = (shore.moved(way.map(|way| way / 2.0)), length(way));
         let around = |reach: f64| [-reach, reach].map(|by| middle.moved([by; 2]));
         let cell = self.fields.side(id.0) as f64;
-        let above_here = above.above(id.0, around(NEAR * (reach + cell)), Asked::Sides);
+        let above_here = above.above(id.0, around(NEAR * (reach + cell)), ChannelPart::Sides);
         let origin = above_here.origin;
         let others = self.courses.touching(id.0, around(reach), above, true).into_iter().filter(|other| *other != id);
         let courses = others.filter_map(|other| Some(self.courses.of(other, above)?.line(origin))).collect();
@@ -255,7 +257,7 @@ impl Tributaries {
         let is_own = |at: Point| !larger.iter().any(|segment| segment.has_on_floor(at.from(origin)));
         let others = segments_of_all(fields, others.iter(), origin);
         near.extend(&others);
-        let beside = Beside { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
+        let beside = GentlestSides { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
             let at = at.from(origin);
@@ -314,7 +316,7 @@ impl Tributaries {
         let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
         let hillside = gentlest * fields.metres_a_grain();
         let side_slope = INCISION * hillside;
-        let beside = Beside { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
+        let beside = GentlestSides { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
         let is_wet = fields.is_wet(most_area(level));
@@ -453,12 +455,12 @@ fn leave_to_captors<'a>(
 /// The gentlest sides that a bed may have: they rise `slope` metres a grain, beside a rounded floor of the half width
 /// `trough` in grains.
 #[derive(Clone, Copy)]
-struct Beside {
+struct GentlestSides {
     slope: f64,
     trough: f64,
 }
 
-impl Beside {
+impl GentlestSides {
     /// Returns the metres that a side rises within some grains.
     fn rise_m(self, grains: f64) -> f64 {
         self.slope * rise(grains, 0.0, self.trough, 0.0)
@@ -473,7 +475,7 @@ impl Beside {
 
 /// Returns the height in metres above which a bed with such sides keeps at a place, so that it does not take the water
 /// of larger channels beside it.
-fn beside_m(near: &[&Segment], at: [f64; 2], beside: Beside) -> f64 {
+fn beside_m(near: &[&Segment], at: [f64; 2], beside: GentlestSides) -> f64 {
     near.iter().fold(f64::NEG_INFINITY, |most_m, segment| {
         let above_m = beside.above_m(segment, at);
         // Not `max`, which also checks for NaN.

@@ -6,11 +6,11 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::above::{Above, Asked, AsksAbove, Near};
+use super::above::{Above, AsksAbove, ChannelPart, Near};
 use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::fields::{Fields, INTO_SEA, most_area};
 use super::point::{self, GRAINS, Point, chance, overlap};
-use super::segment::{Bounds, MOST_LEAN, Segment, downstream, rise};
+use super::segment::{MOST_LEAN, Segment, SegmentBounds, downstream, rise};
 use super::trunk::NodeId;
 use super::wander;
 use crate::geometry::{LineSegment, dot, length, lerp};
@@ -59,7 +59,7 @@ const NEEDLE: f64 = 0.15;
 /// length. The formula follows from `NEEDLE`: no needle is further away, so none is missed.
 const BESIDE_WAYS: f64 = 2.0 * NEEDLE / (1.0 - 2.0 * NEEDLE);
 
-/// Side of a [`Page`] in cells.
+/// Side of a [`TributaryPage`] in cells.
 const PAGE: i64 = 8;
 
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
@@ -147,7 +147,7 @@ pub struct TributaryEnd {
 
 /// The tributaries of a square of cells, which are cached together.
 #[derive(Debug)]
-struct Page {
+struct TributaryPage {
     cells: Vec<PageCell>,
 }
 
@@ -161,14 +161,14 @@ struct PageCell {
 }
 
 heap_bytes!(PageCell);
-heap_bytes!(Page: cells);
+heap_bytes!(TributaryPage: cells);
 
 /// Returns the id of the page that holds a cell.
 fn page_of((level, x, y): ChannelId) -> ChannelId {
     (level, x.div_euclid(PAGE), y.div_euclid(PAGE))
 }
 
-impl Page {
+impl TributaryPage {
     /// Returns the entry of one of the page's cells.
     fn cell(&self, (_, x, y): ChannelId) -> &PageCell {
         &self.cells[(y.rem_euclid(PAGE) * PAGE + x.rem_euclid(PAGE)) as usize]
@@ -184,7 +184,7 @@ struct DraftLines {
 }
 
 /// A way that a tributary may take.
-enum Way {
+enum Approach {
     Direct,
     Aslant,
 }
@@ -241,7 +241,7 @@ pub struct Courses {
     seed: u64,
     fields: Arc<Fields>,
     /// The pages, by level, column and row in a lattice of pages.
-    pages: Memory<ChannelId, Page>,
+    pages: Memory<ChannelId, TributaryPage>,
 }
 
 impl Courses {
@@ -285,7 +285,7 @@ impl Courses {
         let [first, last] = heads.map(|at| [at.x.div_euclid(side), at.y.div_euclid(side)]);
         let rows = first[1]..=last[1];
         let pages = rows.flat_map(|y| (first[0]..=last[0]).map(move |x| self.page((level, x, y))));
-        let pages: Vec<Arc<Page>> = pages.collect();
+        let pages: Vec<Arc<TributaryPage>> = pages.collect();
         for id in self.fields.cells(level, heads) {
             let (_, x, y) = page_of(id);
             let cell = pages[((y - first[1]) * (last[0] - first[0] + 1) + x - first[0]) as usize].cell(id);
@@ -307,12 +307,12 @@ impl Courses {
     }
 
     /// Returns the page of an id.
-    fn page(&self, page: ChannelId) -> Arc<Page> {
+    fn page(&self, page: ChannelId) -> Arc<TributaryPage> {
         self.pages.get(page, || {
             let (level, i, j) = page;
             let ids = (0..PAGE * PAGE).map(|n| (level, i * PAGE + n % PAGE, j * PAGE + n / PAGE));
             let cell = |id| PageCell { head: self.head(id), draft: OnceLock::new(), course: OnceLock::new() };
-            Page { cells: ids.map(cell).collect() }
+            TributaryPage { cells: ids.map(cell).collect() }
         })
     }
 
@@ -332,8 +332,8 @@ impl Courses {
                 }
             });
             let end = match taken(&DraftLines::new(draft, origin), &others)? {
-                Way::Direct => draft.direct,
-                Way::Aslant => draft.aslant?,
+                Approach::Direct => draft.direct,
+                Approach::Aslant => draft.aslant?,
             };
             Some(TributaryCourse { head: draft.head, end })
         };
@@ -345,7 +345,7 @@ impl Courses {
         let draft = || {
             let head = cell.head.filter(|head| self.fields.potential(*head) >= self.fields.sea_potential())?;
             let known = known(&self.fields, id.0);
-            let known = above.above(id.0, [-known, known].map(|by| head.moved([by; 2])), Asked::Lines);
+            let known = above.above(id.0, [-known, known].map(|by| head.moved([by; 2])), ChannelPart::Lines);
             let node = (id.1, id.2);
             let (direct, aslant) = self.ends(id.0, node, head, &known, above)?;
             let draft = Draft { cell: node, head, direct, aslant, bounds: [head; 2] };
@@ -497,7 +497,7 @@ impl Courses {
             let (foot, steep) = (end.foot.from(origin), hill_slope * UNDER);
             // The least distance in grains to a channel of this height.
             let away = |level_m: f64| (level_m - end.level_m - BESIDE_M) / steep;
-            let may_be_steep = |bounds: &Bounds| {
+            let may_be_steep = |bounds: &SegmentBounds| {
                 let away = away(bounds.level_m[1]);
                 away > 0.0 && bounds.touches(foot, away) && bounds.touches(from, within)
             };
@@ -547,7 +547,7 @@ impl Courses {
 }
 
 /// Chooses the way that a tributary takes, given the drafts around it; `None` if the tributary has to give way.
-fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Way> {
+fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Approach> {
     let DraftLines { direct, .. } = draft;
     // Lines down the fall line hardly ever cross, but they may, as slopes differ from head to head. Lines to the coast
     // may cross any others; they give way to all lines but those to the coast.
@@ -559,10 +559,10 @@ fn taken(draft: &DraftLines, others: &[DraftLines]) -> Option<Way> {
     if others.iter().any(gives_way) {
         return None;
     }
-    let Some(aslant) = &draft.aslant else { return Some(Way::Direct) };
+    let Some(aslant) = &draft.aslant else { return Some(Approach::Direct) };
     // All ways of the others count, whichever they take. So the order in which drafts choose does not matter.
     let meets = |other: &LineSegment| other.crosses(aslant) || is_needle(aslant, other) || is_needle(other, aslant);
-    Some(if others.iter().any(|other| other.all().any(meets)) { Way::Direct } else { Way::Aslant })
+    Some(if others.iter().any(|other| other.all().any(meets)) { Approach::Direct } else { Approach::Aslant })
 }
 
 /// Tells whether a line runs so close to another, longer one that the land between them would be a needle.

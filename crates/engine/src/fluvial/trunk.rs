@@ -98,7 +98,7 @@ heap_bytes!(Drained);
 heap_bytes!(Spill: path);
 
 /// A patch of nodes: its column and row.
-type PatchId = (i64, i64);
+type NodePatch = (i64, i64);
 
 /// The trunk lattice of a world.
 #[derive(Debug)]
@@ -107,9 +107,9 @@ pub struct Trunks {
     fields: Arc<Fields>,
     /// Number of halvings by which the place is found where a way meets the shore.
     halvings: u32,
-    nodes: Memory<PatchId, Vec<TrunkNode>>,
+    nodes: Memory<NodePatch, Vec<TrunkNode>>,
     /// The links of the nodes of a patch after some rounds of spilling: which of its neighbours each node drains to.
-    links: Memory<(usize, PatchId), Vec<u8>>,
+    links: Memory<(usize, NodePatch), Vec<u8>>,
     rims: Memory<(usize, NodeId), Spill>,
     spills: Memory<(usize, NodeId), Spill>,
     basins: Memory<NodeId, Basin>,
@@ -127,7 +127,7 @@ pub struct Look<'a> {
 /// A cache of patches in which each patch id has a fixed slot.
 struct Hand<T>(RefCell<Vec<Option<Held<T>>>>);
 
-type Held<T> = (PatchId, Arc<Vec<T>>);
+type Held<T> = (NodePatch, Arc<Vec<T>>);
 
 impl<T: Copy> Hand<T> {
     fn new() -> Hand<T> {
@@ -135,7 +135,7 @@ impl<T: Copy> Hand<T> {
     }
 
     /// Returns the value of a node. `get` fetches the node's patch if it is not in the cache.
-    fn of(&self, id: NodeId, get: impl FnOnce(PatchId) -> Arc<Vec<T>>) -> T {
+    fn of(&self, id: NodeId, get: impl FnOnce(NodePatch) -> Arc<Vec<T>>) -> T {
         let patch = (id.0.div_euclid(PATCH), id.1.div_euclid(PATCH));
         let place = (patch.1.rem_euclid(AT_HAND) * AT_HAND + patch.0.rem_euclid(AT_HAND)) as usize;
         let node = (id.1.rem_euclid(PATCH) * PATCH + id.0.rem_euclid(PATCH)) as usize;
@@ -155,7 +155,7 @@ impl<T: Copy> Hand<T> {
 }
 
 /// Returns the ids of the nodes of a patch, row by row.
-fn nodes_of((column, row): PatchId) -> impl Iterator<Item = NodeId> {
+fn nodes_of((column, row): NodePatch) -> impl Iterator<Item = NodeId> {
     (0..PATCH * PATCH).map(move |n| (column * PATCH + n % PATCH, row * PATCH + n / PATCH))
 }
 
@@ -196,7 +196,7 @@ impl Trunks {
         self.look().drained(id)
     }
 
-    fn make_nodes(&self, patch: PatchId) -> Vec<TrunkNode> {
+    fn make_nodes(&self, patch: NodePatch) -> Vec<TrunkNode> {
         let side = self.fields.side(0);
         let place = |id: NodeId| {
             let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
@@ -237,7 +237,7 @@ impl Look<'_> {
     }
 
     /// Makes the links of the nodes of a patch: the neighbour's index in `AROUND`, or its length for a sink.
-    fn links(&self, rounds: usize, patch: PatchId) -> Vec<u8> {
+    fn links(&self, rounds: usize, patch: NodePatch) -> Vec<u8> {
         let link = |id: NodeId, to: Option<NodeId>| {
             let place = to.and_then(|to| neighbours(id).position(|other| other == to));
             place.unwrap_or(AROUND.len()) as u8

@@ -192,7 +192,7 @@ impl Kernel for FillValleys<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let mut work = Work::default();
+        let mut work = Workspace::default();
         let reach = self.hillsides.reach;
         for (number, segment) in self.segments.all.iter().enumerate() {
             work.all.push(self.fields, segment, number as u32, reach);
@@ -211,7 +211,7 @@ impl Kernel for FillValleys<'_> {
 /// The segments of an area, and their upper ends in grains; the segments that may be lowest in a block, and in a
 /// quarter of the block; the indices of those of the quarter that may be lowest in a patch; and the limits of segments.
 #[derive(Default)]
-struct Work {
+struct Workspace {
     all: Columns,
     from: [Vec<f64>; 2],
     block: Columns,
@@ -242,8 +242,8 @@ impl FillValleys<'_> {
 
     /// Computes the valleys of a part of a block, patch by patch.
     #[inline(always)]
-    fn block<S: Simd>(&mut self, simd: S, part: Area, work: &mut Work) {
-        let Work { all, from, block, quarter, patch, limits, patches } = work;
+    fn block<S: Simd>(&mut self, simd: S, part: Area, work: &mut Workspace) {
+        let Workspace { all, from, block, quarter, patch, limits, patches } = work;
         // The north-western vertex of the whole block. Whichever part is asked for, places are measured from there in
         // metres, which are exact enough in f32 anywhere in the world.
         let corner = [part.x0, part.y0].map(|at| at.div_euclid((BLOCK * PATCH) as i64) * (BLOCK * PATCH) as i64);

@@ -260,7 +260,7 @@ impl<'a> FillWater<'a> {
     pub fn fill(&self, area: Area) -> Land {
         let (mut heights, mut water) = (Grid::filled(area, 0.0), Water::none(area));
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
-        let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), Bounds::NONE);
+        let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), BoundingBox::NONE);
         for (index, bounds) in bounds.values_mut().iter_mut().enumerate() {
             let block = block(area, [(index % columns) as i64, (index / columns) as i64]);
             *bounds = self.bounds(block);
@@ -288,14 +288,14 @@ impl<'a> FillWater<'a> {
     }
 
     /// Returns the bounds of the displaced nodes of a block, in the plane of the network.
-    fn bounds(&self, block: Area) -> Bounds {
+    fn bounds(&self, block: Area) -> BoundingBox {
         let displaced =
             self.nodes.extremes(block).map(|metres| metres.map(|m| m as f64 / self.fields.metres_a_grain()));
         let place =
             |x: i64, y: i64| Point::at_vertex(x * self.nodes.step, y * self.nodes.step).from(self.segments.origin);
         let corners = [place(block.x0, block.y0), place(block.x1 - 1, block.y1 - 1)];
         let [low, high] = [0, 1].map(|end| sum([corners[end], displaced[end]]));
-        Bounds { low, high }
+        BoundingBox { low, high }
     }
 
     /// Returns the index of a node in row order.
@@ -502,8 +502,13 @@ fn block(area: Area, [column, row]: [i64; 2]) -> Area {
 
 /// Calls `take` with each block of `part`, and with the wet segments whose beds may hold one of its nodes. The part is
 /// halved again and again, and each half tests only the segments that its whole had left.
-fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut impl FnMut([i64; 2], &[WetSegment])) {
-    let bounds_of_part = part.vertices().fold(Bounds::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
+fn wet_blocks(
+    part: Area,
+    bounds: &Grid<BoundingBox>,
+    wet: &[WetSegment],
+    take: &mut impl FnMut([i64; 2], &[WetSegment]),
+) {
+    let bounds_of_part = part.vertices().fold(BoundingBox::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
     let (middle, half) = bounds_of_part.middle_and_half();
     let holds = |wet: &WetSegment| wet.line.touches(middle, wet.reach + half);
     let wet: Vec<WetSegment> = wet.iter().copied().filter(holds).collect();
@@ -517,18 +522,18 @@ fn wet_blocks(part: Area, bounds: &Grid<Bounds>, wet: &[WetSegment], take: &mut 
 
 /// The bounding box of places.
 #[derive(Clone, Copy)]
-struct Bounds {
+struct BoundingBox {
     low: [f64; 2],
     high: [f64; 2],
 }
 
-impl Bounds {
+impl BoundingBox {
     /// The bounding box of no place.
-    const NONE: Bounds = Bounds { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+    const NONE: BoundingBox = BoundingBox { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
-    fn hull(self, other: Bounds) -> Bounds {
+    fn hull(self, other: BoundingBox) -> BoundingBox {
         let low = [0, 1].map(|axis| self.low[axis].min(other.low[axis]));
-        Bounds { low, high: [0, 1].map(|axis| self.high[axis].max(other.high[axis])) }
+        BoundingBox { low, high: [0, 1].map(|axis| self.high[axis].max(other.high[axis])) }
     }
 
     /// Returns the middle, and half of the longer side.

@@ -5,7 +5,7 @@
 //!   agents/           +--> Line: id, points, |                                    trodden.rs  agents' roads
 //!   places/ roads   --+    structures, bed   |                                    built.rs    cuts and fills, drain.rs
 //!                                            +--> outline.rs   the points that suffice to draw a road
-//!                                            +--> packed.rs    agents' lines as words, for kernels of the GPU
+//!                                            +--> gpu_words.rs agents' lines as words, for kernels of the GPU
 //! ```
 //!
 //! The makers on the left pass their lines to this module. Tiles, meshes, maps and exports take them from here.
@@ -13,12 +13,12 @@
 mod built;
 mod drain;
 mod dug;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu_words;
 mod id;
 mod imprint;
 mod nearest;
 mod outline;
-#[cfg(feature = "gpu")]
-pub(crate) mod packed;
 mod structure;
 mod trodden;
 

@@ -3,10 +3,10 @@
 use crate::area::Area;
 use crate::grid::Grid;
 #[cfg(feature = "gpu")]
-use crate::lines::packed;
+use crate::lines::gpu_words;
 use crate::lines::{Bed, Line, LinePoint};
 #[cfg(feature = "gpu")]
-use crate::noise::packed::put;
+use crate::noise::gpu_words::put;
 
 /// The place of a vertex relative to a line, at the line's point nearest to the vertex.
 #[derive(Clone, Copy)]
@@ -32,7 +32,7 @@ pub(super) fn pack(line: &Line, area: Area, from: [i64; 2], words: &mut Vec<u32>
         if near.is_empty() {
             continue;
         }
-        words.extend(packed::corners(near, from));
+        words.extend(gpu_words::corners(near, from));
         put(words, [piece.from, piece.to, piece.half_width_m, piece.floor_m].into_iter().flatten());
         count += 1;
     }

@@ -4,7 +4,7 @@ use crate::simd::Simd;
 
 /// The state of a vertex between two octaves.
 #[derive(Clone, Copy)]
-pub(super) struct State<S: Simd> {
+pub(super) struct OctaveState<S: Simd> {
     /// The sum (or product) so far.
     pub value: S::F32,
     /// The weight of the next octave.
@@ -25,9 +25,9 @@ pub(super) struct FoldStep {
 /// A kind of fractal. `noise` is scaled by [`FoldStep::noise_scale`].
 pub(super) trait Fold {
     /// Returns the state after octave 0.
-    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S>;
+    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> OctaveState<S>;
     /// Returns the state after a further octave.
-    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S>;
+    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: OctaveState<S>) -> OctaveState<S>;
 }
 
 /// Fractal Brownian motion: the plain sum. The noise is scaled by the amplitude.
@@ -35,14 +35,14 @@ pub(super) struct Fbm;
 
 impl Fold for Fbm {
     #[inline(always)]
-    fn first<S: Simd>(_: S, _: &FoldStep, noise: S::F32) -> State<S> {
+    fn first<S: Simd>(_: S, _: &FoldStep, noise: S::F32) -> OctaveState<S> {
         // The weight is not read for this kind; the noise is a value at hand that costs nothing.
-        State { value: noise, weight: noise }
+        OctaveState { value: noise, weight: noise }
     }
 
     #[inline(always)]
-    fn next<S: Simd>(_: S, _: &FoldStep, noise: S::F32, state: State<S>) -> State<S> {
-        State { value: state.value + noise, weight: state.weight }
+    fn next<S: Simd>(_: S, _: &FoldStep, noise: S::F32, state: OctaveState<S>) -> OctaveState<S> {
+        OctaveState { value: state.value + noise, weight: state.weight }
     }
 }
 
@@ -54,17 +54,17 @@ pub(super) struct Ridged;
 
 impl Fold for Ridged {
     #[inline(always)]
-    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
+    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> OctaveState<S> {
         let ridge = simd.splat(step.offset) - simd.abs(noise);
         let signal = ridge * ridge;
-        State { value: signal * simd.splat(step.amplitude), weight: simd.min(signal, simd.splat(1.0)) }
+        OctaveState { value: signal * simd.splat(step.amplitude), weight: simd.min(signal, simd.splat(1.0)) }
     }
 
     #[inline(always)]
-    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S> {
+    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: OctaveState<S>) -> OctaveState<S> {
         let ridge = simd.splat(step.offset) - simd.abs(noise);
         let signal = ridge * ridge * state.weight;
-        State {
+        OctaveState {
             value: state.value + signal * simd.splat(step.amplitude),
             // The signal is a square times a weight, so it is never negative.
             weight: simd.min(signal, simd.splat(1.0)),
@@ -78,17 +78,17 @@ pub(super) struct Hybrid;
 
 impl Fold for Hybrid {
     #[inline(always)]
-    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
+    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> OctaveState<S> {
         lifted(simd, step, noise)
     }
 
     #[inline(always)]
-    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S> {
+    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: OctaveState<S>) -> OctaveState<S> {
         // The weight is limited here, where it is read, since `lifted` does not limit the weight after the first
         // octave.
         let weight = simd.min(state.weight, simd.splat(1.0));
         let signal = weight * (noise + simd.splat(step.offset));
-        State { value: state.value + signal, weight: signal }
+        OctaveState { value: state.value + signal, weight: signal }
     }
 }
 
@@ -98,20 +98,20 @@ pub(super) struct Hetero;
 
 impl Fold for Hetero {
     #[inline(always)]
-    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
+    fn first<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> OctaveState<S> {
         lifted(simd, step, noise)
     }
 
     #[inline(always)]
-    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: State<S>) -> State<S> {
+    fn next<S: Simd>(simd: S, step: &FoldStep, noise: S::F32, state: OctaveState<S>) -> OctaveState<S> {
         let signal = noise + simd.splat(step.offset);
-        State { value: state.value + signal * state.value, weight: state.weight }
+        OctaveState { value: state.value + signal * state.value, weight: state.weight }
     }
 }
 
 /// Returns the state after the first octave of hybrid and heterogeneous fractals: the noise, lifted by the offset.
 #[inline(always)]
-fn lifted<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> State<S> {
+fn lifted<S: Simd>(simd: S, step: &FoldStep, noise: S::F32) -> OctaveState<S> {
     let value = noise + simd.splat(step.offset);
-    State { value, weight: value }
+    OctaveState { value, weight: value }
 }

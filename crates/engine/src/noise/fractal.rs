@@ -1,7 +1,7 @@
 //! Fractals: their octaves, and the loop that fills an area.
 
 use super::bounds::bounds;
-use super::fold::{Fbm, Fold, FoldStep, Hetero, Hybrid, Ridged, State};
+use super::fold::{Fbm, Fold, FoldStep, Hetero, Hybrid, OctaveState, Ridged};
 use super::lattice::Lattice;
 use super::rows::{PointRows, RowWise};
 use super::simplex::{RowStart, Simplex};
@@ -219,7 +219,7 @@ struct FractalFill<'a, F> {
 struct Strips([f32; BLOCK_VERTICES]);
 
 /// The vertices of a block that lie in the area.
-struct Part {
+struct BlockPart {
     columns: Range<usize>,
     rows: Range<usize>,
 }
@@ -250,7 +250,7 @@ impl<F: Fold> Kernel for FractalFill<'_, F> {
         for block_y in y0.div_euclid(rows)..=(y1 - 1).div_euclid(rows) {
             for block_x in x0.div_euclid(columns)..=(x1 - 1).div_euclid(columns) {
                 let (x, y) = (block_x * columns, block_y * rows);
-                let part = Part {
+                let part = BlockPart {
                     columns: (x0.max(x) - x) as usize..(x1.min(x + columns) - x) as usize,
                     rows: (y0.max(y) - y) as usize..(y1.min(y + rows) - y) as usize,
                 };
@@ -263,7 +263,7 @@ impl<F: Fold> Kernel for FractalFill<'_, F> {
 impl<F: Fold> FractalFill<'_, F> {
     /// Computes a part of the block whose first vertex is (x, y).
     #[inline(always)]
-    fn block<S: Simd>(&mut self, simd: S, x: i64, y: i64, part: &Part, scratch: &mut BlockScratch) {
+    fn block<S: Simd>(&mut self, simd: S, x: i64, y: i64, part: &BlockPart, scratch: &mut BlockScratch) {
         let first = (
             (y + part.rows.start as i64 - self.area.y0) as usize,
             (x + part.columns.start as i64 - self.area.x0) as usize,
@@ -301,7 +301,7 @@ fn fold_splat<S: Simd, F: Fold>(
     splat: &Splat<BLOCK_COLUMNS, BLOCK_ROWS>,
     position: [u128; 2],
     is_first: bool,
-    part: &Part,
+    part: &BlockPart,
     scratch: &mut BlockScratch,
 ) {
     splat.find_bumps(simd, position, &mut scratch.bumps);
@@ -345,7 +345,7 @@ fn fold_rows<S: Simd, F: Fold>(
     rows: &RowWise<BLOCK_COLUMNS>,
     position: [u128; 2],
     is_first: bool,
-    part: &Part,
+    part: &BlockPart,
     scratch: &mut BlockScratch,
 ) {
     // The rows before the part are stepped over: positions are whole numbers, so the steps are exact, and the same in
@@ -373,7 +373,7 @@ fn fold_simplex<S: Simd, F: Fold, const WARPED: bool>(
     octave: &Octave,
     position: [u128; 2],
     is_first: bool,
-    part: &Part,
+    part: &BlockPart,
     scratch: &mut BlockScratch,
 ) {
     // The rows before the part are stepped over, as in `fold_rows`.
@@ -411,7 +411,7 @@ fn fold<S: Simd, F: Fold>(
     let state = if is_first {
         F::first(simd, &octave.step, noise)
     } else {
-        F::next(simd, &octave.step, noise, State { value: simd.load(value), weight: simd.load(weight) })
+        F::next(simd, &octave.step, noise, OctaveState { value: simd.load(value), weight: simd.load(weight) })
     };
     simd.store(state.value, value);
     simd.store(state.weight, weight);
@@ -419,14 +419,14 @@ fn fold<S: Simd, F: Fold>(
 
 /// Returns the range of strips that overlap a part.
 #[inline(always)]
-fn strips<S: Simd>(part: &Part) -> Range<usize> {
+fn strips<S: Simd>(part: &BlockPart) -> Range<usize> {
     part.columns.start / S::LANES..(part.columns.end - 1) / S::LANES + 1
 }
 
 impl Strips {
     /// Copies the first of `values` into the wanted columns of a row.
     #[inline(always)]
-    fn set_row<S: Simd>(&mut self, row: usize, part: &Part, values: &[f32]) {
+    fn set_row<S: Simd>(&mut self, row: usize, part: &BlockPart, values: &[f32]) {
         let mut done = 0;
         for strip in strips::<S>(part) {
             let start = part.columns.start.max(strip * S::LANES) - strip * S::LANES;
@@ -439,7 +439,7 @@ impl Strips {
 
     /// Copies the wanted columns of a row to the first of `values`.
     #[inline(always)]
-    fn get_row<S: Simd>(&self, row: usize, part: &Part, values: &mut [f32]) {
+    fn get_row<S: Simd>(&self, row: usize, part: &BlockPart, values: &mut [f32]) {
         let mut done = 0;
         for strip in strips::<S>(part) {
             let start = part.columns.start.max(strip * S::LANES) - strip * S::LANES;

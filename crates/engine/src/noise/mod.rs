@@ -23,9 +23,9 @@
 mod bounds;
 mod fold;
 mod fractal;
-mod lattice;
 #[cfg(feature = "gpu")]
-pub mod packed;
+pub mod gpu_words;
+mod lattice;
 mod rows;
 mod simplex;
 mod spec;

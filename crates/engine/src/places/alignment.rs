@@ -5,7 +5,7 @@ use crate::geometry::{bilinear, length};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::places::fixed::{FixedSegment, fixed};
-use crate::places::plan_land::{PlanNode, Scale};
+use crate::places::plan_land::{PlanNode, PlanScale};
 use crate::places::route::Route;
 use crate::places::turn_cost::bend_m;
 
@@ -23,7 +23,7 @@ const BEND_PIECES: i64 = 16;
 // line.
 const CHUNK: usize = 16;
 
-/// The middle line of a road, about [`Scale::apart`] vertices from point to point.
+/// The middle line of a road, about [`PlanScale::apart`] vertices from point to point.
 #[derive(Debug)]
 pub(super) struct Alignment {
     /// Points in 1/256 vertex from the window's first node.
@@ -33,13 +33,13 @@ pub(super) struct Alignment {
     /// Length in metres of the piece from each point to the next.
     pub lengths_m: Vec<f64>,
     /// The scale of the plan on which the route was found.
-    pub scale: Scale,
+    pub scale: PlanScale,
 }
 
 impl Alignment {
     /// Returns the line along a route. `softness` (0 to 1) tells how far corners are rounded, but each is rounded at
     /// least so far that no curve is sharper than `radius_m`.
-    pub fn along(route: &Route, scale: &Scale, radius_m: f64, softness: f64) -> Alignment {
+    pub fn along(route: &Route, scale: &PlanScale, radius_m: f64, softness: f64) -> Alignment {
         let (corners, legs) = corners(route, scale);
         let mut path = vec![(corners[0], legs[0])];
         for index in 1..corners.len() - 1 {
@@ -79,7 +79,7 @@ impl Alignment {
 
     /// Lays points evenly along a path. Each vertex of the path carries the flag of whether the piece after it is
     /// bridged.
-    fn laid(path: &[([f64; 2], bool)], scale: &Scale) -> Alignment {
+    fn laid(path: &[([f64; 2], bool)], scale: &PlanScale) -> Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
         // At least one point lies between the two ends, which are the sites' own points.
@@ -141,7 +141,7 @@ impl Alignment {
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// Returns the water at each point: a lake or the sea if any corner of the point's grid cell, [`Scale::fine`]
+    /// Returns the water at each point: a lake or the sea if any corner of the point's grid cell, [`PlanScale::fine`]
     /// vertices a side, lies in one, since the line to the next point may cross it; else the water at the nearest
     /// corner. `origin` is the window's first vertex.
     pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
@@ -196,7 +196,7 @@ impl Alignment {
 }
 
 /// Returns the ends and turning points of a route in vertices, and for each leg between them whether it is bridged.
-fn corners(route: &Route, scale: &Scale) -> (Vec<[f64; 2]>, Vec<bool>) {
+fn corners(route: &Route, scale: &PlanScale) -> (Vec<[f64; 2]>, Vec<bool>) {
     let place = |node: PlanNode| scale.vertex(node).map(|at| at as f64);
     let (mut corners, mut legs) = (vec![place(route.nodes[0])], vec![route.bridges[0]]);
     for index in 1..route.nodes.len() - 1 {

@@ -12,7 +12,7 @@ use crate::places::bridging::carry;
 use crate::places::corridor::{CoarseGround, Corridor, Outlook};
 use crate::places::ellipse::{Ellipse, apart};
 use crate::places::levels::Levelled;
-use crate::places::move_cost::Ground;
+use crate::places::move_cost::MoveConditions;
 use crate::places::plan_land::{PlanNode, Plans, Window};
 use crate::places::route::route;
 use crate::places::route_land::RouteLand;
@@ -28,14 +28,14 @@ const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
 const TRIES: usize = 8;
 
 /// The inputs from which all roads of a world are built.
-pub(super) struct Builder<'a> {
+pub(super) struct RoadBuilder<'a> {
     pub settings: &'a PlacesSettings,
     pub seed: u64,
     pub plans: &'a Plans,
     pub survey: &'a dyn Survey,
 }
 
-impl Builder<'_> {
+impl RoadBuilder<'_> {
     /// Finds the corridor of the road from one site to another. `None` if no road is possible.
     pub fn corridor(&self, a: &Seat, b: &Seat) -> Option<Corridor> {
         let ends = [a, b].map(|site| self.plans.coarse.scale.node(site.at));
@@ -90,7 +90,7 @@ impl Builder<'_> {
         // Each class starts without closed legs: a narrow road may go where a wide one does not.
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
-            let route = route(&Ground { land, standard: &standard, closed: &closed }, outlook, ends)?;
+            let route = route(&MoveConditions { land, standard: &standard, closed: &closed }, outlook, ends)?;
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
                 let line = Alignment::along(&route, &land.scale, standard.radius_m, softness);

@@ -12,7 +12,7 @@ use crate::memory::heap_bytes;
 use crate::places::ellipse::{Ellipse, apart};
 use crate::places::move_cost::{FORBIDDEN, UNIT, even_climb_m, over_water_m, sideways_m, wandering_m};
 use crate::places::moves;
-use crate::places::plan_land::{PlanNode, Scale, Window};
+use crate::places::plan_land::{PlanNode, PlanScale, Window};
 use crate::places::route_land::wander;
 use crate::places::settings::Standard;
 use crate::stop;
@@ -38,7 +38,7 @@ const TOUCHED: i64 = 3;
 /// The coarse plan as roads of one class see it.
 pub(super) struct CoarseGround<'a> {
     window: &'a Window,
-    scale: &'a Scale,
+    scale: &'a PlanScale,
     standard: &'a Standard,
     /// Gradient of each node, row by row: metres up a metre east and south.
     gradient: Vec<[f64; 2]>,
@@ -50,7 +50,7 @@ pub(super) struct CoarseGround<'a> {
 
 impl<'a> CoarseGround<'a> {
     /// Creates the ground from a window of the coarse plan.
-    pub fn new(window: &'a Window, scale: &'a Scale, standard: &'a Standard, seed: u64) -> CoarseGround<'a> {
+    pub fn new(window: &'a Window, scale: &'a PlanScale, standard: &'a Standard, seed: u64) -> CoarseGround<'a> {
         // Sampled at fine nodes, two of which make a coarse step, so that the coarse and the fine search find the same
         // ground rough.
         let fine = |[x, y]: PlanNode| [2 * (x + window.at[0]), 2 * (y + window.at[1])];

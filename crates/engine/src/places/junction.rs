@@ -14,7 +14,7 @@ use crate::geometry::{LineSegment, length, lerp};
 use crate::lines::{self, Bed, FIXED, Line, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind};
 use crate::places::buckets::Buckets;
 use crate::places::fixed::fixed;
-use crate::places::plan_land::Scale;
+use crate::places::plan_land::PlanScale;
 use crate::places::profile::pinned_at_ends;
 use crate::places::settings::PlacesSettings;
 
@@ -52,18 +52,18 @@ pub(super) fn reach(settings: &PlacesSettings, spacing_m: f64) -> i64 {
 }
 
 /// Vertices around a road within which others are looked for: as far as a detour may stray, or as wide roads touch.
-fn aside(scale: &Scale, settings: &PlacesSettings) -> i64 {
+fn aside(scale: &PlanScale, settings: &PlacesSettings) -> i64 {
     ((ASIDE * scale.step as f64) as i64).max(reach(settings, scale.spacing_m))
 }
 
 /// Returns the areas around a road's pieces in which other roads matter to its parts.
-pub(super) fn areas(road: &Line, scale: &Scale, settings: &PlacesSettings) -> Vec<Area> {
+pub(super) fn areas(road: &Line, scale: &PlanScale, settings: &PlacesSettings) -> Vec<Area> {
     let pad = 2 * aside(scale, settings) as usize;
     road.points.chunks(CHUNK).map(|points| lines::bounds(road.origin, points, 0.0).padded(pad)).collect()
 }
 
 /// Returns the parts of a road, given the roads that rank above it, in order from the highest rank on.
-pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &Scale, settings: &PlacesSettings) -> Vec<Line> {
+pub(super) fn parts(road: &Line, above: &[Arc<Line>], scale: &PlanScale, settings: &PlacesSettings) -> Vec<Line> {
     let hull =
         areas(road, scale, settings).into_iter().reduce(|hull, area| hull.hull(&area)).expect("a road has points");
     let mut network = RoadNetwork::new(hull, scale, settings);
@@ -82,7 +82,7 @@ fn touch_m(half_widths_m: [f64; 2], spacing_m: f64) -> f64 {
 
 /// The roads of an area that have been cut already.
 struct RoadNetwork<'a> {
-    scale: &'a Scale,
+    scale: &'a PlanScale,
     settings: &'a PlacesSettings,
     area: Area,
     pieces: Vec<Piece>,
@@ -118,7 +118,7 @@ const CHUNK: usize = 64;
 const BUCKET: i64 = 16;
 
 impl<'a> RoadNetwork<'a> {
-    fn new(area: Area, scale: &'a Scale, settings: &'a PlacesSettings) -> RoadNetwork<'a> {
+    fn new(area: Area, scale: &'a PlanScale, settings: &'a PlacesSettings) -> RoadNetwork<'a> {
         let count = |vertices: usize| vertices as i64 / BUCKET + 1;
         let buckets = Buckets::new(count(area.width()), count(area.height()));
         RoadNetwork { scale, settings, area, pieces: Vec::new(), buckets }

@@ -59,10 +59,10 @@ use crate::error::Error;
 use crate::fluvial::survey::Survey;
 use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Remembers};
-use crate::places::build::Builder;
+use crate::places::build::RoadBuilder;
 use crate::places::corridor::Corridor;
 use crate::places::ellipse::Ellipse;
-use crate::places::plan_land::{Plans, Scale};
+use crate::places::plan_land::{PlanScale, Plans};
 use crate::places::settings::PlacesSettings;
 use crate::places::site::{Seat, Site, SiteClass};
 use crate::recipe::fault::KeyPath;
@@ -94,7 +94,7 @@ impl Places {
     /// When a value of the settings is out of its range.
     pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
         settings.check(&KeyPath::default(), spacing_m)?;
-        let scale = Scale::new(settings.site_m, spacing_m);
+        let scale = PlanScale::new(settings.site_m, spacing_m);
         Ok(Places {
             settings: settings.clone(),
             seed,
@@ -131,7 +131,7 @@ impl Places {
     /// Largest distance in vertices from the midpoint of two neighbours to any vertex that their road may have an
     /// effect on.
     pub fn reach(&self) -> i64 {
-        let Scale { step, spacing_m, .. } = self.plans.coarse.scale;
+        let PlanScale { step, spacing_m, .. } = self.plans.coarse.scale;
         let effect = (self.settings.effect_m() / spacing_m) as i64;
         self.widest_radius() * step + effect + 2 + junction::reach(&self.settings, spacing_m)
     }
@@ -254,10 +254,10 @@ impl Places {
 
     /// Returns the uncut road between two neighbours, if there is a route and if the road may touch any of the areas.
     fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat, areas: &[Area]) -> Option<Arc<Line>> {
-        let builder = Builder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey: land };
+        let builder = RoadBuilder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey: land };
         let corridor = self.corridors.get((a.id, b.id), || builder.corridor(a, b));
         let corridor = corridor.as_ref().as_ref()?;
-        let Scale { step, spacing_m, .. } = self.plans.fine.scale;
+        let PlanScale { step, spacing_m, .. } = self.plans.fine.scale;
         // The bounds of a road are a rectangle with a margin of a few vertices.
         let beside = (self.settings.effect_m() / spacing_m) as i64 / step + 2;
         let may_touch = |area: &Area| {
@@ -273,7 +273,7 @@ impl Places {
     /// True if the ellipse of a road from a vertex of `a` to one of `b`, widened by the road's effect, may touch any of
     /// the areas.
     fn may_touch(&self, [a, b]: [Area; 2], areas: &[Area]) -> bool {
-        let Scale { step, spacing_m, .. } = self.plans.coarse.scale;
+        let PlanScale { step, spacing_m, .. } = self.plans.coarse.scale;
         let cap = (graph::CELLS * self.site_side()) as f64;
         let apart = [nearest2(a, b), furthest2(a, b)].map(|square| (square as f64).sqrt());
         if apart[0] > cap {

@@ -54,12 +54,12 @@ const BUMP: f64 = 2.0;
 pub(super) struct Costs {
     moves: [u32; MOVES],
     /// Bridges over several equal moves in a row.
-    bridges: Vec<Step>,
+    bridges: Vec<RepeatedMove>,
 }
 
 /// A step from a node: a move, the number of times that it is made, and the cost of all together.
 #[derive(Clone, Copy)]
-pub(super) struct Step {
+pub(super) struct RepeatedMove {
     pub number: usize,
     pub times: i64,
     pub cost: u32,
@@ -67,15 +67,16 @@ pub(super) struct Step {
 
 impl Costs {
     /// Returns all possible steps from the node, single moves first.
-    pub fn steps(&self) -> impl Iterator<Item = Step> {
-        let singles = self.moves.iter().enumerate().map(|(number, cost)| Step { number, times: 1, cost: *cost });
+    pub fn steps(&self) -> impl Iterator<Item = RepeatedMove> {
+        let singles =
+            self.moves.iter().enumerate().map(|(number, cost)| RepeatedMove { number, times: 1, cost: *cost });
         singles.chain(self.bridges.iter().copied()).filter(|step| step.cost != FORBIDDEN)
     }
 }
 
 /// All that the costs of moves depend on: the land, the standard of the road's class, and the moves closed by earlier
 /// tries.
-pub(super) struct Ground<'a> {
+pub(super) struct MoveConditions<'a> {
     pub land: &'a RouteLand,
     pub standard: &'a Standard,
     /// Moves that turned out to be impossible to build, by their ends.
@@ -113,7 +114,7 @@ pub(super) fn over_water_m(length_m: f64) -> f64 {
     BRIDGE_COST_M[1] * length_m
 }
 
-impl Ground<'_> {
+impl MoveConditions<'_> {
     /// Returns the costs of all steps from a node. `known` has the costs of the nodes that the search has been at: the
     /// way back costs the same, so it is looked up there.
     pub fn costs(&self, node: PlanNode, known: &[Option<Box<Costs>>]) -> Costs {
@@ -148,7 +149,7 @@ impl Ground<'_> {
             let landing = landing.filter(|(_, next)| self.is_open(*next));
             bridges.extend(landing.map(|(times, next)| {
                 let cost = self.cost(node, next, &mut near);
-                Step { number, times, cost }
+                RepeatedMove { number, times, cost }
             }));
         }
         Costs { moves, bridges }

@@ -15,7 +15,7 @@ pub(super) type PlanNode = [i64; 2];
 
 /// Distances at which the land is sampled. All are whole numbers of vertices, and sites lie on nodes of the plan.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
+pub(super) struct PlanScale {
     /// Metres between vertices.
     pub spacing_m: f64,
     /// Vertices from one node of the plan to the next.
@@ -34,8 +34,8 @@ pub(super) struct Scale {
 /// to turn in, enough for a track to turn by 145 degrees.
 const STEP_M: f64 = 80.0;
 
-impl Scale {
-    pub fn new(site_m: f64, spacing_m: f64) -> Scale {
+impl PlanScale {
+    pub fn new(site_m: f64, spacing_m: f64) -> PlanScale {
         // Few nodes would make poor plans, and many would take much memory: a search holds 256 bytes for each of up to
         // 550 x 550 nodes. The longest edges alone need so many.
         let most_m = STEP_M.min(site_m / 32.0).max(site_m / 64.0);
@@ -45,12 +45,12 @@ impl Scale {
         }
         // Even, so that the coarse plan has half as many nodes along the same side.
         let side = 2 * (site_m / (2 * step) as f64 / spacing_m + 0.5) as i64;
-        Scale { spacing_m, step, apart: (step / 8).max(1), fine: (step / 4).max(1), side }
+        PlanScale { spacing_m, step, apart: (step / 8).max(1), fine: (step / 4).max(1), side }
     }
 
     /// Returns the scale with nodes twice as far apart.
-    pub fn doubled(self) -> Scale {
-        Scale { step: 2 * self.step, side: self.side / 2, ..self }
+    pub fn doubled(self) -> PlanScale {
+        PlanScale { step: 2 * self.step, side: self.side / 2, ..self }
     }
 
     /// Returns the distance in metres between nodes.
@@ -98,7 +98,7 @@ pub(super) struct Plans {
 
 impl Plans {
     /// Creates the plans of a world from the scale of the fine one.
-    pub fn new(scale: Scale) -> Plans {
+    pub fn new(scale: PlanScale) -> Plans {
         let coarse = scale.doubled();
         Plans {
             fine: PlanLand::new(scale, true),
@@ -116,7 +116,7 @@ impl Plans {
 /// The land on the nodes of a plan, cached block by block.
 #[derive(Debug)]
 pub(super) struct PlanLand {
-    pub scale: Scale,
+    pub scale: PlanScale,
     /// The sampling of the survey: distance of nodes, and whether dry brooks are included.
     sampling: Sampling,
     blocks: Memory<[i64; 2], PlanBlock>,
@@ -146,7 +146,7 @@ pub(super) struct Window {
 }
 
 impl PlanLand {
-    fn new(scale: Scale, dry_brooks: bool) -> PlanLand {
+    fn new(scale: PlanScale, dry_brooks: bool) -> PlanLand {
         let sampling = Sampling { step: scale.step, dry_brooks };
         PlanLand { scale, sampling, blocks: Memory::new(REMEMBERED) }
     }
@@ -216,7 +216,7 @@ pub(super) struct PlanRivers {
 impl PlanRivers {
     /// Creates the cache for a world with such a coarse plan. A square is as large as four blocks of the plan, since
     /// the bends of a river in a square depend on land far around it.
-    fn new(scale: &Scale) -> PlanRivers {
+    fn new(scale: &PlanScale) -> PlanRivers {
         PlanRivers { side: 2 * scale.step * BLOCK, squares: Memory::new(REMEMBERED) }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::places::buckets::Buckets;
 use crate::places::fixed::FixedSegment;
-use crate::places::plan_land::{Scale, Window};
+use crate::places::plan_land::{PlanScale, Window};
 
 /// Side of a bucket of river pieces in nodes.
 const BUCKET: i64 = 2;
@@ -29,7 +29,7 @@ pub(super) struct PlanPiece {
 
 impl RiverIndex {
     /// Indexes the pieces of a window. `margin_m` is the distance from a river's edge up to which it is still found.
-    pub fn new(window: &Window, scale: &Scale, margin_m: f64) -> RiverIndex {
+    pub fn new(window: &Window, scale: &PlanScale, margin_m: f64) -> RiverIndex {
         let origin = scale.fixed(window.at);
         let side = scale.fixed([BUCKET; 2])[0];
         let count = |nodes: usize| nodes as i64 / BUCKET + 1;

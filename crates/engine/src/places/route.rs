@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::places::corridor::Outlook;
-use crate::places::move_cost::{FORBIDDEN, Ground, Step, UNIT};
+use crate::places::move_cost::{FORBIDDEN, MoveConditions, RepeatedMove, UNIT};
 use crate::places::moves::{MOVES, moved};
 use crate::places::plan_land::PlanNode;
 use crate::places::route_land::RouteLand;
@@ -30,8 +30,8 @@ pub(super) struct Route {
 /// Finds the cheapest route from one node of a window to another, if there is one, by A* over states: a node and the
 /// move that led there. Routes of equal cost are told apart by a fixed rule, so the result is unique. `outlook`
 /// estimates the cost to `to`.
-pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2]) -> Option<Route> {
-    let Ground { land, standard, .. } = *ground;
+pub(super) fn route(ground: &MoveConditions, outlook: &Outlook, [from, to]: [PlanNode; 2]) -> Option<Route> {
+    let MoveConditions { land, standard, .. } = *ground;
     let window = &land.window;
     let turns = turns(standard, land.scale.step_m());
     let nodes = window.cols * window.rows;
@@ -69,7 +69,7 @@ pub(super) fn route(ground: &Ground, outlook: &Outlook, [from, to]: [PlanNode; 2
             costs[at] = Some(Box::new(ground.costs(node, &costs)));
         }
         let leave = costs[at].as_ref().expect("it has just been made");
-        for Step { number, times, cost: step } in leave.steps() {
+        for RepeatedMove { number, times, cost: step } in leave.steps() {
             let turn = came.map_or(0, |came| turns[came][number]);
             if turn == FORBIDDEN {
                 continue;

@@ -4,7 +4,7 @@ use crate::geometry::bilinear;
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::places::corridor::Corridor;
-use crate::places::plan_land::{PlanNode, Scale, Window};
+use crate::places::plan_land::{PlanNode, PlanScale, Window};
 use crate::places::river_index::{PlanPiece, RiverIndex};
 use crate::places::spans::{REST_M, drawn_m};
 
@@ -18,7 +18,7 @@ const _: () = assert!(SHORE_M >= REST_M, "what lies beside a bridge is found");
 
 /// A window, and what the search for a route needs to know of its nodes.
 pub(super) struct RouteLand {
-    pub scale: Scale,
+    pub scale: PlanScale,
     pub window: Window,
     pub rivers: RiverIndex,
     /// For each node, row by row as in all vectors below, true if it is so near to water that no road can stand there.
@@ -35,7 +35,7 @@ pub(super) struct RouteLand {
 
 impl RouteLand {
     /// Prepares the land of a window that contains a corridor.
-    pub fn new(window: Window, corridor: &Corridor, scale: &Scale, seed: u64) -> RouteLand {
+    pub fn new(window: Window, corridor: &Corridor, scale: &PlanScale, seed: u64) -> RouteLand {
         // The margin reaches as far as for the narrowest river, which is drawn wider than its own width by more than
         // any other.
         let rivers = RiverIndex::new(&window, scale, drawn_m(0.0, scale.spacing_m) / 2.0 + SHORE_M + 1.0);
@@ -121,13 +121,13 @@ fn around(from: PlanNode, to: PlanNode, part: i64, parts: i64) -> ([PlanNode; 2]
 
 /// Returns the square of the least distance of a node from the middle of a river, in (1/256 vertex)^2.
 // Anything nearer lies in the river as it is drawn, and no road is built there.
-pub(super) fn shore2(piece: &PlanPiece, scale: &Scale) -> f64 {
+pub(super) fn shore2(piece: &PlanPiece, scale: &PlanScale) -> f64 {
     let distance = scale.fixed_length(drawn_m(piece.width_m, scale.spacing_m) / 2.0 + SHORE_M);
     distance * distance
 }
 
 /// True if a node is so near to water that no road can stand there.
-fn is_wet(window: &Window, rivers: &RiverIndex, scale: &Scale, node: PlanNode, near: &mut Vec<u32>) -> bool {
+fn is_wet(window: &Window, rivers: &RiverIndex, scale: &PlanScale, node: PlanNode, near: &mut Vec<u32>) -> bool {
     // Rivers run between nodes, and narrow ones wet none, so their middle lines are checked as well.
     let at = scale.fixed(node);
     let is_beside = |piece: &PlanPiece| piece.middle.distance2(at) < shore2(piece, scale);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::lines::RoadClass;
 use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
-use crate::recipe::form;
+use crate::recipe::schema;
 
 /// Settlements and the roads between them. Lists of three are for tracks, roads and highways, in that order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -73,7 +73,7 @@ const LEAST_SIDE: f64 = 32.0;
 impl PlacesSettings {
     /// Returns an error at the key of the first value that is out of its range.
     pub(crate) fn check(&self, path: &KeyPath, spacing_m: f64) -> Result<(), Fault> {
-        form::check(self, path)?;
+        schema::check(self, path)?;
         if self.site_m < LEAST_SIDE * spacing_m {
             let message = format!(
                 "a site cell must have {LEAST_SIDE} vertices a side, but {} m with {spacing_m} m between vertices has {:.1}",

@@ -10,7 +10,7 @@ use crate::land::WaterKind;
 use crate::lines::SiteId;
 use crate::memory::heap_bytes;
 use crate::names;
-use crate::places::plan_land::{PlanNode, Plans, Scale};
+use crate::places::plan_land::{PlanNode, PlanScale, Plans};
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
 use crate::places::suitability::{WaterRange, suitability};
@@ -93,19 +93,19 @@ impl Seat {
     }
 
     /// Returns the height of the land there in metres, sampled as for its roads.
-    pub fn height_m(&self, scale: &Scale, land: &dyn Survey) -> f32 {
+    pub fn height_m(&self, scale: &PlanScale, land: &dyn Survey) -> f32 {
         land.heights_m(self.at[0], self.at[1], Sampling::whole(scale.fine), 1, 1)[0]
     }
 
     /// Completes the seat to the settlement with its height and name.
-    pub fn settled(&self, seed: u64, scale: &Scale, land: &dyn Survey) -> Site {
+    pub fn settled(&self, seed: u64, scale: &PlanScale, land: &dyn Survey) -> Site {
         let &Seat { id, at, class, population } = self;
         Site { id, at, height_m: self.height_m(scale, land), class, population, name: names::settlement(seed, id) }
     }
 }
 
 /// Returns the smallest area with all vertices that a site of a cell may stand on.
-pub(super) fn positions(id: SiteId, scale: &Scale) -> Area {
+pub(super) fn positions(id: SiteId, scale: &PlanScale) -> Area {
     let [first, count] = settled_nodes(scale);
     let [x0, y0] = scale.vertex([id.i, id.j].map(|number| number * scale.side + first));
     let side = ((count - 1) * scale.step + 1) as usize;
@@ -113,7 +113,7 @@ pub(super) fn positions(id: SiteId, scale: &Scale) -> Area {
 }
 
 /// Returns the first node of a cell, along each axis, that a site may stand on, and the number of such nodes.
-fn settled_nodes(scale: &Scale) -> [i64; 2] {
+fn settled_nodes(scale: &PlanScale) -> [i64; 2] {
     [scale.side / EDGE, scale.side - 2 * (scale.side / EDGE)]
 }
 
@@ -177,7 +177,7 @@ pub(super) fn town_luck(settings: &PlacesSettings, seed: u64, id: SiteId) -> Opt
 
 /// True if no water lies within `dry_m` metres of a vertex. The land is queried between the nodes of the plan, which
 /// miss some water, but without dry brooks, as for these nodes: what brooks cut into a shore matters little here.
-fn is_dry(land: &dyn Survey, scale: &Scale, at: [i64; 2], dry_m: f64) -> bool {
+fn is_dry(land: &dyn Survey, scale: &PlanScale, at: [i64; 2], dry_m: f64) -> bool {
     let reach = (dry_m / (scale.fine as f64 * scale.spacing_m)) as i64;
     let [x0, y0] = at.map(|at| at - reach * scale.fine);
     let side = (2 * reach + 1) as usize;

@@ -5,7 +5,7 @@ use crate::geometry::length;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::places::fixed::FixedSegment;
-use crate::places::plan_land::{PlanNode, Scale, Window};
+use crate::places::plan_land::{PlanNode, PlanScale, Window};
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
 
@@ -63,7 +63,7 @@ impl WaterRange {
 pub(super) fn suitability(
     settings: &PlacesSettings,
     range: &WaterRange,
-    scale: &Scale,
+    scale: &PlanScale,
     window: &Window,
     rivers: &RiverIndex,
     at: PlanNode,
@@ -79,7 +79,7 @@ pub(super) fn suitability(
     if steepness > STEEP {
         return None;
     }
-    let near = Surroundings::new(window, rivers, scale, at, range);
+    let near = SiteSurroundings::new(window, rivers, scale, at, range);
     if near.shore_m.min(near.river_m) < range.dry_m.max(scale.step_m() / 2.0) || height_m < near.flood_m {
         return None;
     }
@@ -97,7 +97,7 @@ pub(super) fn suitability(
 }
 
 /// The surroundings of a position.
-struct Surroundings {
+struct SiteSurroundings {
     /// Metres to the nearest lake or sea, capped at the range that matters.
     shore_m: f64,
     /// Metres to the edge of the nearest river, capped likewise.
@@ -113,8 +113,14 @@ struct Surroundings {
     lowest_m: f64,
 }
 
-impl Surroundings {
-    fn new(window: &Window, rivers: &RiverIndex, scale: &Scale, at: PlanNode, range: &WaterRange) -> Surroundings {
+impl SiteSurroundings {
+    fn new(
+        window: &Window,
+        rivers: &RiverIndex,
+        scale: &PlanScale,
+        at: PlanNode,
+        range: &WaterRange,
+    ) -> SiteSurroundings {
         let sample_m = scale.step_m();
         let far = (range.far_m / sample_m) as i64;
         // Lakes and the sea are looked up by nodes, since they are no lines. Rivers are found by their pieces, since
@@ -157,6 +163,6 @@ impl Surroundings {
         let shore_m = shore2.sqrt() * sample_m;
         let meeting = if shore_m < range.meet_m { 0 } else { 2 };
         let meet_m = arms_m.get(meeting).copied().unwrap_or(0.0);
-        Surroundings { shore_m, river_m, flood_m, meet_m, dry: f64::from(dry) / f64::from(all), lowest_m }
+        SiteSurroundings { shore_m, river_m, flood_m, meet_m, dry: f64::from(dry) / f64::from(all), lowest_m }
     }
 }

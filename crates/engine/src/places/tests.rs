@@ -396,7 +396,7 @@ fn wide_roads_that_touch_are_one_however_near_the_nodes_of_the_plan_are() {
     // The search for other roads must reach further than a step of the plan: 16 metres here, while these roads touch
     // within 52 metres.
     let settings = PlacesSettings { site_m: 1000.0, width_m: [50.0; 3], ..PlacesSettings::default() };
-    let scale = Scale::new(settings.site_m, SPACING_M);
+    let scale = PlanScale::new(settings.site_m, SPACING_M);
     let mut higher = roads()[0].as_ref().clone();
     higher.structures.clear();
     for point in &mut higher.points {
@@ -410,7 +410,7 @@ fn wide_roads_that_touch_are_one_however_near_the_nodes_of_the_plan_are() {
 #[test]
 fn a_tunnel_that_comes_out_at_the_ford_of_another_road_ends_before_the_water() {
     let settings = PlacesSettings::default();
-    let scale = Scale::new(settings.site_m, SPACING_M);
+    let scale = PlanScale::new(settings.site_m, SPACING_M);
     let mut higher = roads()[0].as_ref().clone();
     let middle = higher.points.len() / 2;
     higher.structures = vec![Structure { kind: StructureKind::Ford, first: middle - 8, last: middle + 8 }];
@@ -479,7 +479,7 @@ fn roads_follow_the_land() {
 #[test]
 fn roads_keep_to_their_corridors() {
     let (settings, places, land) = (PlacesSettings::default(), places(), land());
-    let builder = Builder { settings: &settings, seed: 7, plans: &places.plans, survey: &land };
+    let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, survey: &land };
     let mut kept = 0;
     for (a, b) in places.edges(&land, &[near()]) {
         let Some(corridor) = builder.corridor(&a, &b) else { continue };
@@ -678,7 +678,7 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
         let id = SiteId { i: 0, j: number };
         Seat::new(id, at, SiteClass::Hamlet, 50)
     };
-    let builder = Builder { settings: &settings, seed: 7, plans: &places.plans, survey: &slope };
+    let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, survey: &slope };
     let corridor = builder.corridor(&site(0), &site(1)).expect("there is no water");
     let road = builder.road(&site(0), &site(1), &corridor).expect("hairpins climb it");
     let at = places_of(&road);
@@ -726,7 +726,7 @@ fn a_strait_is_bridged_or_has_no_corridor() {
             let at = [0, row * 20].map(|at| at * places.plans.coarse.scale.step);
             Seat::new(SiteId { i: 0, j: row }, at, SiteClass::Town, 3000)
         };
-        let builder = Builder { settings: &settings, seed: 7, plans: &places.plans, survey: &strait };
+        let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, survey: &strait };
         let (a, b) = (seat(-1), seat(1));
         let road = builder.corridor(&a, &b).map(|corridor| builder.road(&a, &b, &corridor));
         assert_eq!(road.is_some(), is_bridged, "a corridor over {width_m} m");

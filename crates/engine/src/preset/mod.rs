@@ -28,8 +28,8 @@ use crate::preset::ground::GroundSettings;
 use crate::preset::map::MapStyle;
 use crate::recipe::HEIGHT_LIMIT_M;
 use crate::recipe::fault::{Fault, KeyPath};
-use crate::recipe::form;
 use crate::recipe::mask::Mask;
+use crate::recipe::schema;
 use crate::recipe::source::{self, Recipe};
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 
@@ -137,7 +137,7 @@ impl Preset {
 
     /// Returns the JSON schema of preset files.
     pub fn schema() -> serde_json::Value {
-        let mut schema = form::schema::<Preset>();
+        let mut schema = schema::of::<Preset>();
         schema["properties"]["extends"] = json!({
             "type": "string",
             "description": "A built-in preset, or the path of a file from this one's folder, on which this one is built: its \
@@ -166,7 +166,7 @@ impl Preset {
         // uses 0.
         let mut filled = Preset { seed: 0, ..self.clone() };
         filled.fill_defaults();
-        form::check(&filled, &KeyPath::default())?;
+        schema::check(&filled, &KeyPath::default())?;
         filled.check_together()
     }
 
@@ -237,7 +237,7 @@ impl Preset {
 }
 
 /// The texts that make a preset: from the base that all others extend to the last single setting.
-pub type Sources = source::Sources<Preset>;
+pub type Sources = source::RecipeSources<Preset>;
 
 impl Recipe for Preset {
     const WHAT: &'static str = "preset";

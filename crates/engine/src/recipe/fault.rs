@@ -64,7 +64,7 @@ impl From<Fault> for Error {
 
 /// A step from a table or a list to one of its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum KeyStep {
     /// A key of a table.
     Key(String),
     /// An index into a list, from 0.
@@ -73,16 +73,16 @@ pub enum Step {
 
 /// The path from the root of a preset to a value.
 #[derive(Clone, Debug, Default)]
-pub struct KeyPath(pub Vec<Step>);
+pub struct KeyPath(pub Vec<KeyStep>);
 
 impl Display for KeyPath {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         for (index, step) in self.0.iter().enumerate() {
             match step {
                 // Cut to 60 characters: an overlong key is recognizable by its beginning.
-                Step::Key(key) if index == 0 => write!(f, "{key:.60}")?,
-                Step::Key(key) => write!(f, ".{key:.60}")?,
-                Step::Index(index) => write!(f, "[{index}]")?,
+                KeyStep::Key(key) if index == 0 => write!(f, "{key:.60}")?,
+                KeyStep::Key(key) => write!(f, ".{key:.60}")?,
+                KeyStep::Index(index) => write!(f, "[{index}]")?,
             }
         }
         Ok(())
@@ -93,13 +93,13 @@ impl KeyPath {
     /// Returns the path of a key in the table at this path.
     #[must_use]
     pub fn key(&self, key: &str) -> KeyPath {
-        KeyPath([self.0.clone(), vec![Step::Key(key.to_owned())]].concat())
+        KeyPath([self.0.clone(), vec![KeyStep::Key(key.to_owned())]].concat())
     }
 
     /// Returns the path of an element in the list at this path.
     #[must_use]
     pub fn index(&self, index: usize) -> KeyPath {
-        KeyPath([self.0.clone(), vec![Step::Index(index)]].concat())
+        KeyPath([self.0.clone(), vec![KeyStep::Index(index)]].concat())
     }
 
     /// Makes a fault of the value at this path, with a hint that would solve it.

@@ -1,19 +1,19 @@
 //! Recipes: texts that an author writes, read with errors that point at the place. Also the parts that the settings of
-//! all stages share: key paths, form, faults and masks.
+//! all stages share: key paths, schemas, faults and masks.
 //!
 //! ```text
-//! origin.rs   name or path -> text
-//! source.rs   texts that extend each other, options -> one table (merge.rs) -> a Recipe
+//! location.rs   name or path -> text
+//! source.rs     texts that extend each other, options -> one table (toml_tables.rs) -> a Recipe
 //! ```
 //!
 //! A range is written once, as an attribute of the field. Both the schema for users and the check take it from there.
 
 pub mod fault;
-pub mod form;
+mod location;
 pub mod mask;
-mod merge;
-mod origin;
+pub mod schema;
 pub mod source;
+mod toml_tables;
 
 /// Limit of heights and of the factors of heights in metres: beyond it, 16-bit heights and `f32` metres would be too
 /// coarse.

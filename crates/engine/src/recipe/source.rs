@@ -13,9 +13,9 @@ use toml::de::{DeTable, DeValue, Deserializer};
 
 use crate::error::{Error, SourcePlace, clipped, nearest};
 use crate::recipe::fault::{Fault, KeyPath};
-use crate::recipe::form;
-use crate::recipe::merge::{key_path, locate, merge, name_from, put};
-use crate::recipe::origin::{Origin, read_text, text_of};
+use crate::recipe::location::{Location, read_text, text_of};
+use crate::recipe::schema;
+use crate::recipe::toml_tables::{key_path, locate, merge, name_from, put};
 
 /// A kind of TOML text that an author writes: a preset or a style.
 pub trait Recipe: DeserializeOwned + JsonSchema {
@@ -64,7 +64,7 @@ pub fn built_in<T: Recipe>(name: &str) -> Result<&'static str, Error> {
 ///
 /// Later texts override earlier ones: tables are merged, and all other values are replaced.
 #[derive(Debug)]
-pub struct Sources<T> {
+pub struct RecipeSources<T> {
     name: String,
     texts: Vec<Source>,
     makes: PhantomData<fn() -> T>,
@@ -87,20 +87,20 @@ struct Source {
     key: Option<KeyPath>,
 }
 
-impl<T: Recipe> Sources<T> {
-    fn new(name: &str) -> Sources<T> {
-        Sources { name: name.to_owned(), texts: Vec::new(), makes: PhantomData }
+impl<T: Recipe> RecipeSources<T> {
+    fn new(name: &str) -> RecipeSources<T> {
+        RecipeSources { name: name.to_owned(), texts: Vec::new(), makes: PhantomData }
     }
 
     /// Loads the built-in recipe of this name, or else the recipe in the file at this path.
     ///
     /// # Errors
     /// When there is no such recipe, or when it or a recipe that it extends cannot be read.
-    pub fn load(name_or_path: &str) -> Result<Sources<T>, Error> {
-        let mut sources = Sources::new("");
-        let origin = Origin::find::<T>(name_or_path, Path::new(""))?;
-        sources.name = origin.name();
-        sources.add(&origin, &mut Vec::new())?;
+    pub fn load(name_or_path: &str) -> Result<RecipeSources<T>, Error> {
+        let mut sources = RecipeSources::new("");
+        let location = Location::find::<T>(name_or_path, Path::new(""))?;
+        sources.name = location.name();
+        sources.add(&location, &mut Vec::new())?;
         Ok(sources)
     }
 
@@ -108,16 +108,16 @@ impl<T: Recipe> Sources<T> {
     ///
     /// # Errors
     /// When the recipe or one that it extends cannot be read.
-    pub fn read(file: &str, reader: impl Read) -> Result<Sources<T>, Error> {
-        Sources::parse(file, &text_of::<T>(file, reader)?)
+    pub fn read(file: &str, reader: impl Read) -> Result<RecipeSources<T>, Error> {
+        RecipeSources::parse(file, &text_of::<T>(file, reader)?)
     }
 
     /// Parses the recipe in `text`. `file` is the recipe's name, also in errors.
     ///
     /// # Errors
     /// When the text is not TOML, or when a recipe that it extends cannot be read.
-    pub fn parse(file: &str, text: &str) -> Result<Sources<T>, Error> {
-        let mut sources = Sources::new(file);
+    pub fn parse(file: &str, text: &str) -> Result<RecipeSources<T>, Error> {
+        let mut sources = RecipeSources::new(file);
         sources.add_text(file, text, Path::new(""), &mut Vec::new())?;
         Ok(sources)
     }
@@ -182,7 +182,7 @@ impl<T: Recipe> Sources<T> {
             let (span, written) = locate(&merged, &fault);
             self.error(fault.sentence(written), span, &fault.hint)
         };
-        form::check_table(T::WHAT, &form::schema::<T>(), merged.get_ref()).map_err(point)?;
+        schema::check_table(T::WHAT, &schema::of::<T>(), merged.get_ref()).map_err(point)?;
         T::check_written(merged.get_ref()).map_err(point)?;
         let DeValue::Table(table) = merged.get_ref() else { unreachable!("the root is a table") };
         let table = Spanned::new(merged.span(), table.clone());
@@ -199,13 +199,13 @@ impl<T: Recipe> Sources<T> {
 
     /// Adds a recipe after those that it extends. `within` holds the recipes that lead here through `extends`, to
     /// detect cycles.
-    fn add(&mut self, origin: &Origin, within: &mut Vec<Origin>) -> Result<(), Error> {
-        within.push(origin.clone());
-        match origin {
-            Origin::BuiltIn(name) => {
+    fn add(&mut self, location: &Location, within: &mut Vec<Location>) -> Result<(), Error> {
+        within.push(location.clone());
+        match location {
+            Location::BuiltIn(name) => {
                 self.add_text(&format!("{}/{name}.toml", T::FOLDER), built_in::<T>(name)?, Path::new(""), within)?;
             }
-            Origin::File { given, .. } => {
+            Location::File { given, .. } => {
                 let folder = given.parent().unwrap_or(Path::new(""));
                 self.add_text(&given.to_string_lossy(), &read_text::<T>(given)?, folder, within)?;
             }
@@ -214,7 +214,7 @@ impl<T: Recipe> Sources<T> {
         Ok(())
     }
 
-    fn add_text(&mut self, file: &str, text: &str, folder: &Path, within: &mut Vec<Origin>) -> Result<(), Error> {
+    fn add_text(&mut self, file: &str, text: &str, folder: &Path, within: &mut Vec<Location>) -> Result<(), Error> {
         let text = text.trim_start_matches('\u{feff}');
         let refuse = |message: &str, span: Range<usize>, hint: &str| Error::Preset {
             message: clipped(message),
@@ -239,12 +239,12 @@ impl<T: Recipe> Sources<T> {
                 }
                 error => error,
             };
-            let origin = Origin::find::<T>(name, folder).map_err(there)?;
-            if within.iter().any(|other| other.is(&origin)) {
+            let location = Location::find::<T>(name, folder).map_err(there)?;
+            if within.iter().any(|other| other.is(&location)) {
                 let message = format!("extends: this {} extends itself", T::WHAT);
                 return Err(refuse(&message, base.span(), "leave one of them out"));
             }
-            self.add(&origin, within).map_err(there)?;
+            self.add(&location, within).map_err(there)?;
         }
         let start = self.next_start();
         let padded = " ".repeat(start) + text;

@@ -1,7 +1,7 @@
 //! Piecewise linear maps of a term's value, for plateaus, benches and cliffs.
 
 #[cfg(feature = "gpu")]
-use crate::noise::packed::put;
+use crate::noise::gpu_words::put;
 
 /// A piecewise linear map, constant beyond its ends.
 ///

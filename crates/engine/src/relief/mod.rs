@@ -1,15 +1,15 @@
 //! Relief: the height of any vertex, and the water on it if the relief is fluvial.
 
 mod curve;
-mod noise;
 #[cfg(feature = "gpu")]
-mod packed;
+mod gpu_words;
+mod noise;
 mod strided;
 pub mod settings;
 
-pub use noise::NoiseRelief;
 #[cfg(feature = "gpu")]
-pub(crate) use packed::{Block, PackedRelief};
+pub(crate) use gpu_words::{PackedRelief, VertexBlock};
+pub use noise::NoiseRelief;
 
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@
 use crate::area::{Area, Stride};
 use crate::hash;
 #[cfg(feature = "gpu")]
-use crate::noise::packed::put;
+use crate::noise::gpu_words::put;
 use crate::noise::{Fractal, FractalSpec};
 
 /// Shortest wavelength, in nodes, of an octave that is kept.

@@ -21,7 +21,7 @@ pub struct F32(pub(super) [f32; LANES]);
 #[derive(Clone, Copy)]
 pub struct U32(pub(super) [u32; LANES]);
 #[derive(Clone, Copy)]
-pub struct Mask([bool; LANES]);
+pub struct LaneMask([bool; LANES]);
 
 /// Makes an array whose lane `i` is the value of the expression.
 macro_rules! each_lane {
@@ -73,9 +73,9 @@ operator!(U32, Mul, mul, |a, b| a.wrapping_mul(b));
 operator!(U32, BitAnd, bitand, |a, b| a & b);
 operator!(U32, BitOr, bitor, |a, b| a | b);
 operator!(U32, BitXor, bitxor, |a, b| a ^ b);
-operator!(Mask, BitAnd, bitand, |a, b| a & b);
-operator!(Mask, BitOr, bitor, |a, b| a | b);
-operator!(Mask, BitXor, bitxor, |a, b| a ^ b);
+operator!(LaneMask, BitAnd, bitand, |a, b| a & b);
+operator!(LaneMask, BitOr, bitor, |a, b| a | b);
+operator!(LaneMask, BitXor, bitxor, |a, b| a ^ b);
 
 macro_rules! negation {
     ($type:ident, $trait:ident, $method:ident, |$a:ident| $lane:expr) => {
@@ -91,7 +91,7 @@ macro_rules! negation {
 
 negation!(F32, Neg, neg, |a| -a);
 negation!(U32, Not, not, |a| !a);
-negation!(Mask, Not, not, |a| !a);
+negation!(LaneMask, Not, not, |a| !a);
 
 /// Defines methods in which each lane of the result is computed from the same lane of all arguments.
 macro_rules! by_lane {
@@ -110,7 +110,7 @@ impl Simd for Scalar {
     const LEVEL: Level = Level::Scalar;
     type F32 = F32;
     type U32 = U32;
-    type Mask = Mask;
+    type Mask = LaneMask;
     type Table8 = [f32; 8];
     type Table16 = [f32; 16];
 
@@ -153,14 +153,14 @@ impl Simd for Scalar {
         fn sqrt(a: F32) -> F32 { a.sqrt() }
         fn min(a: F32, b: F32) -> F32 { if a < b { a } else { b } }
         fn max(a: F32, b: F32) -> F32 { if a > b { a } else { b } }
-        fn lt(a: F32, b: F32) -> Mask { a < b }
-        fn le(a: F32, b: F32) -> Mask { a <= b }
-        fn eq(a: F32, b: F32) -> Mask { a == b }
-        fn eq_u32(a: U32, b: U32) -> Mask { a == b }
-        fn gt_i32(a: U32, b: U32) -> Mask { a as i32 > b as i32 }
-        fn select(mask: Mask, yes: F32, no: F32) -> F32 { if mask { yes } else { no } }
-        fn select_u32(mask: Mask, yes: U32, no: U32) -> U32 { if mask { yes } else { no } }
-        fn keep_u32(mask: Mask, value: U32) -> U32 { if mask { value } else { 0 } }
+        fn lt(a: F32, b: F32) -> LaneMask { a < b }
+        fn le(a: F32, b: F32) -> LaneMask { a <= b }
+        fn eq(a: F32, b: F32) -> LaneMask { a == b }
+        fn eq_u32(a: U32, b: U32) -> LaneMask { a == b }
+        fn gt_i32(a: U32, b: U32) -> LaneMask { a as i32 > b as i32 }
+        fn select(mask: LaneMask, yes: F32, no: F32) -> F32 { if mask { yes } else { no } }
+        fn select_u32(mask: LaneMask, yes: U32, no: U32) -> U32 { if mask { yes } else { no } }
+        fn keep_u32(mask: LaneMask, value: U32) -> U32 { if mask { value } else { 0 } }
         fn to_bits(a: F32) -> U32 { a.to_bits() }
         fn from_bits(a: U32) -> F32 { f32::from_bits(a) }
         fn i32_to_f32(a: U32) -> F32 { a as i32 as f32 }
@@ -169,7 +169,7 @@ impl Simd for Scalar {
     }
 
     #[inline(always)]
-    fn mask_bits(self, mask: Mask) -> u32 {
+    fn mask_bits(self, mask: LaneMask) -> u32 {
         let [a, b, c, d] = each_lane!(i => (mask.0[i] as u32) << i);
         a | b | c | d
     }

@@ -35,23 +35,23 @@ pub(super) const fn input(area: Area) -> Area {
 pub(super) fn accumulation(levels_m: &Grid<f32>, area: Area) -> Grid<f32> {
     let wide = area.padded(STEPS);
     let mut shares = WAYS.map(|_| Grid::filled(wide, 0.0));
-    dispatch(Part { levels_m, shares: &mut shares });
+    dispatch(DivideWater { levels_m, shares: &mut shares });
     let mut drained = Grid::filled(wide, 1.0);
     for left in (0..STEPS).rev() {
         let mut to = Grid::filled(area.padded(left), 0.0);
-        dispatch(Step { shares: &shares, from: &drained, to: &mut to });
+        dispatch(PassWater { shares: &shares, from: &drained, to: &mut to });
         drained = to;
     }
     drained
 }
 
 /// Divides the water of each vertex among its neighbours, by the fourth power of the slopes towards them.
-struct Part<'a> {
+struct DivideWater<'a> {
     levels_m: &'a Grid<f32>,
     shares: &'a mut [Grid<f32>; 8],
 }
 
-impl Kernel for Part<'_> {
+impl Kernel for DivideWater<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -103,13 +103,13 @@ impl Kernel for Part<'_> {
 }
 
 /// One step: through each vertex drains its own square of land, and the shares that its neighbours send on.
-struct Step<'a> {
+struct PassWater<'a> {
     shares: &'a [Grid<f32>; 8],
     from: &'a Grid<f32>,
     to: &'a mut Grid<f32>,
 }
 
-impl Kernel for Step<'_> {
+impl Kernel for PassWater<'_> {
     type Output = ();
 
     #[inline(always)]

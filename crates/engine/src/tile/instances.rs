@@ -71,7 +71,7 @@ struct Candidates {
 
 /// A candidate for an instance.
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
+struct InstanceCandidate {
     cell: [i64; 2],
     /// Position in the cell, in parts of the side.
     place: [i64; 2],
@@ -90,14 +90,14 @@ impl Candidates {
         power_of_two(self.power)
     }
 
-    fn of(self, cell: [i64; 2]) -> Candidate {
+    fn of(self, cell: [i64; 2]) -> InstanceCandidate {
         let hash = hash::lattice(self.stream, cell[0], cell[1]);
         let part = |bits: u64| (bits & ((1 << PARTS) - 1)) as i64;
-        Candidate { cell, place: [part(hash), part(hash >> PARTS)], rank: hash::scatter(hash) }
+        InstanceCandidate { cell, place: [part(hash), part(hash >> PARTS)], rank: hash::scatter(hash) }
     }
 
     /// Tells whether a candidate stays, since it gives way to none of the candidates around it.
-    fn is_left(self, candidate: &Candidate) -> bool {
+    fn is_left(self, candidate: &InstanceCandidate) -> bool {
         const LEAST: i64 = (LEAST_DISTANCE * (1 << PARTS) as f64) as i64 + 1;
         // The cells next to it suffice: all others are further away than the least distance.
         let around = Area::new(candidate.cell[0] - 1, candidate.cell[1] - 1, 3, 3).vertices();
@@ -154,7 +154,7 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
     // The densities at each vertex, and whether anything may stand there.
     let densities = grows.densities(tile).values();
     let open: Vec<bool> = tile.area().vertices().map(|(x, y)| grows.is_open(tile, x, y)).collect();
-    let ways = Ways::new(tile);
+    let lines = LineIndex::new(tile);
     let all: f64 = A_HECTARE.iter().sum();
     let shares = A_HECTARE.map(|of_kind| of_kind / all * share_of_all(world, candidates));
     let ([i0, i1], east) = candidates.span(x0, x1 - 1);
@@ -185,7 +185,7 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
             chance < sum
         });
         let Some(growth) = growth else { continue };
-        if !candidates.is_left(&candidate) || ways.hold(place, [column, row]) {
+        if !candidates.is_left(&candidate) || lines.hold(place, [column, row]) {
             continue;
         }
         let height = |[x, y]: [usize; 2]| f64::from(tile.heights().at(x0 + (column + x) as i64, y0 + (row + y) as i64));
@@ -214,15 +214,15 @@ fn lower([nw, ne, sw, se]: [f64; 4], [u, v]: [f64; 2]) -> f64 {
 
 /// The roads and rivers of a tile, indexed by cell. Many are narrower than the distance between vertices, so vertices
 /// do not show them.
-struct Ways {
+struct LineIndex {
     /// Cells, each with the number of a piece that may lie on it; sorted.
     cells: Vec<([usize; 2], usize)>,
     /// Pieces in vertices from the tile's corner, each with the square of the distance within which nothing stands.
     pieces: Vec<(LineSegment, f64)>,
 }
 
-impl Ways {
-    fn new(tile: &Tile) -> Ways {
+impl LineIndex {
+    fn new(tile: &Tile) -> LineIndex {
         let Area { x0, y0, x1, .. } = tile.area();
         let last = (x1 - 2 - x0) as f64;
         let (mut cells, mut pieces) = (Vec::new(), Vec::new());
@@ -246,7 +246,7 @@ impl Ways {
             }
         }
         cells.sort_unstable();
-        Ways { cells, pieces }
+        LineIndex { cells, pieces }
     }
 
     /// Tells whether a place in a cell lies on a road or river or on its verge.

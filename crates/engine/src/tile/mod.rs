@@ -21,7 +21,7 @@ pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
-pub(crate) use surface::Surface;
+pub(crate) use surface::TileSurface;
 #[cfg(feature = "gpu")]
 pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
 pub use view::TileView;
@@ -164,18 +164,18 @@ impl Tile {
             land = land.part(shaped);
             imprint = imprint.map(|imprint| imprint.part(shaped));
         }
-        let surface = Surface::new(&GroundRule::of(world), &land, imprint, cells, clock);
+        let surface = TileSurface::new(&GroundRule::of(world), &land, imprint, cells, clock);
         Tile::of_surface(world, plan, land, surface)
     }
 
     /// Makes the tile of a plan, given its land as shaped by its lines, and the surface of that land.
-    pub(crate) fn of_surface(world: &World, plan: TilePlan, land: Land, surface: Surface) -> Tile {
+    pub(crate) fn of_surface(world: &World, plan: TilePlan, land: Land, surface: TileSurface) -> Tile {
         let TilePlan { id, mut lines, sites, .. } = plan;
         let area = id.area(world.tile_cells());
         // Only lines within the heights seen on the tile, slopes included, concern the tile.
         let near = normals::input(area);
         lines.retain(|line| line.concerns(&near));
-        let (Land { heights, water }, Surface { normals, blend, imprint }) = (land, surface);
+        let (Land { heights, water }, TileSurface { normals, blend, imprint }) = (land, surface);
         let (spacing_m, derived, crossings) = (world.spacing_m(), masks::Derived::default(), Lines::new());
         Tile { id, spacing_m, area, heights, normals, blend, water, imprint, lines, crossings, sites, derived }
     }
@@ -218,7 +218,7 @@ impl Tile {
         }
         let plan = TilePlan::without_lines(world, id);
         let land = Land { heights, water: None };
-        let surface = Surface::new(&GroundRule::of(world), &land, imprint, plan.id.area(world.tile_cells()), clock);
+        let surface = TileSurface::new(&GroundRule::of(world), &land, imprint, plan.id.area(world.tile_cells()), clock);
         Tile::of_surface(world, plan, land, surface)
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use crate::area::Stride;
 use crate::hash::{Stream, stream};
 #[cfg(feature = "gpu")]
-use crate::noise::packed::put;
+use crate::noise::gpu_words::put;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 use crate::preset::Preset;
 use crate::preset::ground::GroundSettings;

@@ -8,20 +8,20 @@ use crate::tile::{Blend, GroundRule, Normals};
 
 /// Normals, materials and imprint of a tile's land.
 #[derive(Debug)]
-pub(crate) struct Surface {
+pub(crate) struct TileSurface {
     pub normals: Normals,
     pub blend: Blend,
     /// The imprint of lines in the land; `None` where they have left none.
     pub imprint: Option<Imprint>,
 }
 
-impl Surface {
+impl TileSurface {
     /// Computes the surface of the vertices of `area`, given the land around them as shaped by lines, and books the
     /// time of each stage on `clock`.
     ///
     /// # Panics
     /// When `land` does not hold the [input](crate::tile::shaped_input) of the area.
-    pub fn new(rule: &GroundRule, land: &Land, imprint: Option<Imprint>, area: Area, clock: &Clock) -> Surface {
+    pub fn new(rule: &GroundRule, land: &Land, imprint: Option<Imprint>, area: Area, clock: &Clock) -> TileSurface {
         let Land { heights, water } = land;
         // Central differences, which reach across the tile's edge.
         let normals = clock.time(stage::NORMALS, || Normals::new(heights, area, rule.spacing_m()));
@@ -33,6 +33,6 @@ impl Surface {
             }
             blend
         });
-        Surface { normals, blend, imprint }
+        TileSurface { normals, blend, imprint }
     }
 }

@@ -47,13 +47,13 @@ pub(crate) struct Journal {
     room: u64,
     /// Numbers of tiles that were made, and of tiles that were recalled from earlier runs.
     counts: [AtomicU64; 2],
-    state: Mutex<State>,
+    state: Mutex<JournalState>,
 }
 
 /// The pieces that the sinks kept of a tile, and the files of the tile.
-type Known = (Vec<Vec<u8>>, Vec<FileRecord>);
+type KeptTile = (Vec<Vec<u8>>, Vec<FileRecord>);
 
-struct State {
+struct JournalState {
     registry: Registry,
     pieces: File,
     /// Position in the file at which the next pieces are written.
@@ -87,7 +87,7 @@ impl Journal {
         let mut pieces = opened.map_err(Error::io(&path))?;
         // Start behind anything that a killed run has written but not recorded.
         let end = pieces.seek(SeekFrom::End(0)).map_err(Error::io(&path))?;
-        let state = State { registry, pieces, end, waiting: Vec::new(), synced: Instant::now() };
+        let state = JournalState { registry, pieces, end, waiting: Vec::new(), synced: Instant::now() };
         Ok(Journal {
             files: files.to_owned(),
             path,
@@ -100,7 +100,7 @@ impl Journal {
 
     /// Locks the state. A poisoned lock does no harm: a stop or a panic elsewhere leaves the state as it was between
     /// two tiles.
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, JournalState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -126,7 +126,7 @@ impl Journal {
 
     /// Returns the pieces that each of `sinks` sinks kept of a tile, if they are intact, and the files of the tile,
     /// unchecked.
-    fn read(&self, tile: TileId, sinks: usize) -> Result<Option<Known>, Error> {
+    fn read(&self, tile: TileId, sinks: usize) -> Result<Option<KeptTile>, Error> {
         let mut state = self.state();
         let Some(Pieces { at, bytes, blake3 }) = state.registry.pieces(tile)? else { return Ok(None) };
         let mut read = || {
@@ -199,7 +199,7 @@ impl Journal {
     }
 
     /// Writes the pieces of a tile to the end of the file.
-    fn keep(&self, state: &mut State, pieces: &[Vec<u8>], blake3: blake3::Hash) -> Result<Pieces, Error> {
+    fn keep(&self, state: &mut JournalState, pieces: &[Vec<u8>], blake3: blake3::Hash) -> Result<Pieces, Error> {
         let at = state.end;
         file::gate(Operation::Write, &self.path)?;
         let mut write = || {

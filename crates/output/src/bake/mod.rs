@@ -3,13 +3,13 @@
 pub(crate) mod frames;
 mod journal;
 mod shard;
-pub(crate) mod store;
-mod walk;
+pub(crate) mod shard_store;
+mod walk_bake;
 
 pub(crate) use journal::Journal;
 pub use shard::Shard;
 pub(crate) use shard::corners;
-pub(crate) use walk::walk;
+pub(crate) use walk_bake::walk;
 
 use std::time::{Duration, Instant};
 

@@ -28,52 +28,52 @@ const MOST_LAYERS: usize = 64;
 const MOST_CHANNELS: usize = 64;
 
 /// Reads any JSON value, checks its texts and keeps nothing.
-pub(super) struct Texts;
+pub(super) struct TextCheck;
 
-impl<'de> Deserialize<'de> for Texts {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Texts, D::Error> {
-        deserializer.deserialize_any(Texts)
+impl<'de> Deserialize<'de> for TextCheck {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<TextCheck, D::Error> {
+        deserializer.deserialize_any(TextCheck)
     }
 }
 
-impl<'de> Visitor<'de> for Texts {
-    type Value = Texts;
+impl<'de> Visitor<'de> for TextCheck {
+    type Value = TextCheck;
 
     fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str("any value")
     }
 
-    fn visit_unit<E: Error>(self) -> Result<Texts, E> {
+    fn visit_unit<E: Error>(self) -> Result<TextCheck, E> {
         Ok(self)
     }
 
-    fn visit_bool<E: Error>(self, _: bool) -> Result<Texts, E> {
+    fn visit_bool<E: Error>(self, _: bool) -> Result<TextCheck, E> {
         Ok(self)
     }
 
-    fn visit_i64<E: Error>(self, _: i64) -> Result<Texts, E> {
+    fn visit_i64<E: Error>(self, _: i64) -> Result<TextCheck, E> {
         Ok(self)
     }
 
-    fn visit_u64<E: Error>(self, _: u64) -> Result<Texts, E> {
+    fn visit_u64<E: Error>(self, _: u64) -> Result<TextCheck, E> {
         Ok(self)
     }
 
-    fn visit_f64<E: Error>(self, _: f64) -> Result<Texts, E> {
+    fn visit_f64<E: Error>(self, _: f64) -> Result<TextCheck, E> {
         Ok(self)
     }
 
-    fn visit_str<E: Error>(self, text: &str) -> Result<Texts, E> {
+    fn visit_str<E: Error>(self, text: &str) -> Result<TextCheck, E> {
         check_text(text).map(|()| self).map_err(E::custom)
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Texts, A::Error> {
-        while values.next_element::<Texts>()?.is_some() {}
+    fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<TextCheck, A::Error> {
+        while values.next_element::<TextCheck>()?.is_some() {}
         Ok(self)
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Texts, A::Error> {
-        while entries.next_entry::<Texts, Texts>()?.is_some() {}
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<TextCheck, A::Error> {
+        while entries.next_entry::<TextCheck, TextCheck>()?.is_some() {}
         Ok(self)
     }
 }

@@ -30,7 +30,7 @@ pub enum Rebake {
 
 /// A fault of a bake.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Fault {
+pub struct BakeFault {
     /// The file, as a path in the folder of the bake.
     pub path: String,
     /// Description of the fault.
@@ -49,12 +49,12 @@ pub struct Checked {
     /// Number of tiles that were baked again.
     pub tiles: u64,
     /// The faults, sorted by path.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<BakeFault>,
 }
 
 impl Checked {
     fn add(&mut self, path: &str, message: impl Into<String>) {
-        self.faults.push(Fault { path: path.to_owned(), message: message.into() });
+        self.faults.push(BakeFault { path: path.to_owned(), message: message.into() });
     }
 }
 
@@ -100,12 +100,12 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
 }
 
 /// Returns the faults of the files of a bake.
-pub(super) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) -> Vec<Fault> {
+pub(super) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) -> Vec<BakeFault> {
     watch.begin("reading files", Some((files.len() as u64, "files")));
     let fault = |record: &FileRecord| {
         let message = record.fault(folder);
         watch.add(1);
-        message.map(|message| Fault { path: record.path.clone(), message })
+        message.map(|message| BakeFault { path: record.path.clone(), message })
     };
     files.par_iter().filter_map(fault).collect()
 }
@@ -163,7 +163,10 @@ fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
             let Some((_, other)) = other else { continue };
             checked.seams += 1;
             if !is_same(own, other) {
-                faults.push(Fault { path: path.clone(), message: format!("does not meet its neighbour to the {way}") });
+                faults.push(BakeFault {
+                    path: path.clone(),
+                    message: format!("does not meet its neighbour to the {way}"),
+                });
             }
         }
     }

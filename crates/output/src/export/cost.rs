@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::agents::record::TileRecord;
 use crate::area::{Place, TileId};
-use crate::bake::{self, FileRecord, rows_in_flight, store};
+use crate::bake::{self, FileRecord, rows_in_flight, shard_store};
 use crate::error::Error;
 use crate::export::folder::free_bytes;
 use crate::export::format::{FormatCost, folder};
@@ -138,11 +138,11 @@ const MANIFEST_BYTES: u64 = 8 << 10;
 const WRITTEN_BYTES: u64 = 48 << 10;
 
 /// Bytes of files, by kind.
-type Sizes = BTreeMap<Kind, f64>;
+type Sizes = BTreeMap<FileKind, f64>;
 
 /// A kind of files: those of one export in one folder of the bake.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Kind {
+struct FileKind {
     export: String,
     folder: String,
     /// True if a bake has these files once, however many tiles it has: lists in the folder of the bake that describe
@@ -150,12 +150,12 @@ struct Kind {
     is_once: bool,
 }
 
-impl Kind {
-    fn of(file: &FileRecord) -> Kind {
+impl FileKind {
+    fn of(file: &FileRecord) -> FileKind {
         let folder = folder(&file.path).to_owned();
         let places = [".aux.xml", ".pgw"].iter().any(|ending| file.path.ends_with(ending));
-        let is_once = (folder.is_empty() && file.export != store::EXPORT) || (places && file.tile.is_none());
-        Kind { export: file.export.clone(), folder, is_once }
+        let is_once = (folder.is_empty() && file.export != shard_store::EXPORT) || (places && file.tile.is_none());
+        FileKind { export: file.export.clone(), folder, is_once }
     }
 }
 
@@ -355,7 +355,7 @@ fn aside() -> Result<tempfile::TempDir, Error> {
 fn by_kind<'a>(files: impl Iterator<Item = &'a FileRecord>) -> Sizes {
     let mut bytes = Sizes::new();
     for file in files {
-        *bytes.entry(Kind::of(file)).or_default() += file.bytes as f64;
+        *bytes.entry(FileKind::of(file)).or_default() += file.bytes as f64;
     }
     bytes
 }

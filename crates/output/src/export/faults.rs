@@ -17,7 +17,7 @@ use crate::world::World;
 
 /// A fault of a disk operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Fault {
+enum DiskFault {
     /// An error of the operating system, by its number.
     Refused(i32),
     /// A call that is interrupted before it has done anything.
@@ -28,19 +28,19 @@ enum Fault {
 
 /// No space left, an error of the device, no permission, a read-only file system, too many open files; and interrupted
 /// calls and short writes, which are no failures.
-const FAULTS: [Fault; 7] = [
-    Fault::Refused(28),
-    Fault::Refused(5),
-    Fault::Refused(13),
-    Fault::Refused(30),
-    Fault::Refused(24),
-    Fault::Interrupted,
-    Fault::Short,
+const FAULTS: [DiskFault; 7] = [
+    DiskFault::Refused(28),
+    DiskFault::Refused(5),
+    DiskFault::Refused(13),
+    DiskFault::Refused(30),
+    DiskFault::Refused(24),
+    DiskFault::Interrupted,
+    DiskFault::Short,
 ];
 
 /// The task that runs on a failing disk.
 #[derive(Clone, Copy)]
-enum Kind {
+enum Task {
     Bake,
     Shard,
     Merge,
@@ -49,13 +49,13 @@ enum Kind {
 /// A disk on which operation number `at` fails, and with `for_good` all later operations too.
 struct Failing {
     at: u64,
-    fault: Fault,
+    fault: DiskFault,
     for_good: bool,
     count: AtomicU64,
 }
 
 impl Failing {
-    fn new(at: u64, fault: Fault, for_good: bool) -> Arc<Failing> {
+    fn new(at: u64, fault: DiskFault, for_good: bool) -> Arc<Failing> {
         Arc::new(Failing { at, fault, for_good, count: AtomicU64::new(0) })
     }
 }
@@ -64,16 +64,18 @@ impl Disk for Failing {
     fn allow(&self, operation: Operation, _path: &Path, bytes: usize) -> io::Result<usize> {
         let number = self.count.fetch_add(1, Ordering::Relaxed);
         // A write is repeated after an interrupt. If all were interrupted, the repeats would never end.
-        let for_good = self.for_good && self.fault != Fault::Interrupted;
+        let for_good = self.for_good && self.fault != DiskFault::Interrupted;
         if number < self.at || number > self.at && !for_good {
             return Ok(bytes);
         }
         match self.fault {
-            Fault::Refused(number) => Err(io::Error::from_raw_os_error(number)),
+            DiskFault::Refused(number) => Err(io::Error::from_raw_os_error(number)),
             // Only writes are interrupted: the standard library itself repeats all other interrupted calls.
-            Fault::Interrupted if operation == Operation::Write && bytes > 0 => Err(io::ErrorKind::Interrupted.into()),
-            Fault::Short if bytes > 1 => Ok(bytes / 2),
-            Fault::Interrupted | Fault::Short => Ok(bytes),
+            DiskFault::Interrupted if operation == Operation::Write && bytes > 0 => {
+                Err(io::ErrorKind::Interrupted.into())
+            }
+            DiskFault::Short if bytes > 1 => Ok(bytes / 2),
+            DiskFault::Interrupted | DiskFault::Short => Ok(bytes),
         }
     }
 }
@@ -97,7 +99,7 @@ fn all_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 /// Runs a bake, a shard or a merge on disks that fail at every `step`th operation, with the faults of `FAULTS` in turn,
 /// or with `all` of them. Returns the numbers of runs that failed and that succeeded.
-fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
+fn bakes_on_failing_disks(task: Task, step: usize, all: bool) -> [u64; 2] {
     let text = "tile_cells = 16\nnoise = [{ kind = \"fbm\", height_m = 60.0, wavelength_m = 300.0, octaves = 3 }]\n\
                 rivers = { density = 0.6, width_m = [1.0, 4.0], bank_m = 3.0 }";
     let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
@@ -115,10 +117,10 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
         pool.install(|| shard.run(&output, &Watch::default())).unwrap();
     }
     let shards = Shards::open(&folders).unwrap();
-    let plan = match kind {
-        Kind::Bake => plan,
-        Kind::Shard => shard(2),
-        Kind::Merge => shards.plan(&world).unwrap(),
+    let plan = match task {
+        Task::Bake => plan,
+        Task::Shard => shard(2),
+        Task::Merge => shards.plan(&world).unwrap(),
     };
     let cost = plan.cost(1);
     let bake = |folder: &Path, mode: Mode| {
@@ -127,7 +129,7 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
         })
     };
     let root = tempfile::tempdir().unwrap();
-    let (undisturbed, counted) = (root.path().join("undisturbed"), Failing::new(u64::MAX, Fault::Short, false));
+    let (undisturbed, counted) = (root.path().join("undisturbed"), Failing::new(u64::MAX, DiskFault::Short, false));
     double::with(&undisturbed, counted.clone(), || bake(&undisturbed, Mode::New).unwrap());
     let wanted = all_files(&undisturbed);
     let operations = counted.count.load(Ordering::Relaxed);
@@ -145,7 +147,7 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
             match result {
                 Ok(_) => assert!(all_files(&folder) == wanted, "a bake says that it is whole, and is not: {about}"),
                 Err(error) => {
-                    let is_harmless = [Fault::Interrupted, Fault::Short].contains(&fault);
+                    let is_harmless = [DiskFault::Interrupted, DiskFault::Short].contains(&fault);
                     assert!(!is_harmless, "{error}: {about}");
                     let said = error.to_string();
                     assert!(said.contains(&folder.display().to_string()), "{said} names no file: {about}");
@@ -169,8 +171,8 @@ fn bakes_on_failing_disks(kind: Kind, step: usize, all: bool) -> [u64; 2] {
 
 #[test]
 fn a_disk_that_fails_leaves_nothing_that_looks_whole_and_what_is_left_goes_on() {
-    for kind in [Kind::Bake, Kind::Shard, Kind::Merge] {
-        let [failed, done] = bakes_on_failing_disks(kind, 3, false);
+    for task in [Task::Bake, Task::Shard, Task::Merge] {
+        let [failed, done] = bakes_on_failing_disks(task, 3, false);
         assert!(failed > 15 && done > 5);
     }
 }
@@ -180,8 +182,8 @@ fn a_disk_that_fails_leaves_nothing_that_looks_whole_and_what_is_left_goes_on() 
 #[ignore = "slow for its own sake"]
 fn every_fault_at_every_operation_is_survived() {
     let all = std::env::var_os("TERRANE_ALL_FAULTS").is_some();
-    for kind in [Kind::Bake, Kind::Shard, Kind::Merge] {
-        let [failed, done] = bakes_on_failing_disks(kind, 1, all);
+    for task in [Task::Bake, Task::Shard, Task::Merge] {
+        let [failed, done] = bakes_on_failing_disks(task, 1, all);
         assert!(failed > 50 && done > 20);
     }
 }

@@ -12,7 +12,7 @@ use crate::registry::{FILE_NAME, Registry};
 
 /// Progress of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum BakeState {
     /// All of the bake is there.
     Whole,
     /// The bake is being made.
@@ -27,7 +27,7 @@ pub struct Contents {
     /// The manifest; without files if the bake is not whole.
     pub manifest: Manifest,
     /// Progress of the bake.
-    pub state: State,
+    pub state: BakeState,
     /// Number of tiles in its registry.
     pub tiles: u64,
     /// Number of tiles of the whole bake.
@@ -51,7 +51,7 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
         let is_there = |path: &str, bytes: u64| folder.join(path).metadata().is_ok_and(|there| there.len() == bytes);
         let missing = files.iter().filter(|file| !is_there(&file.path, file.bytes));
         found.push(Contents {
-            state: State::Whole,
+            state: BakeState::Whole,
             tiles: tiles(folder),
             tiles_of: tiles_of(manifest),
             missing: missing.map(|file| file.path.clone()).collect(),
@@ -64,7 +64,7 @@ pub fn look(folder: &Path) -> Result<Vec<Contents>, Error> {
         found.push(Contents {
             tiles_of: tiles_of(&manifest),
             manifest,
-            state: if is_held { State::UnderWay } else { State::CutOff },
+            state: if is_held { BakeState::UnderWay } else { BakeState::CutOff },
             tiles: tiles(&work),
             missing: Vec::new(),
             runs: runs(&work),

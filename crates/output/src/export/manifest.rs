@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::area::{Place, Region, Stride, TileId};
-use crate::bake::{FileRecord, Shard, store};
+use crate::bake::{FileRecord, Shard, shard_store};
 use crate::error::{Error, clipped};
 use crate::export::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Plan, Profile, TileNames, VectorOptions, bounds, web};
@@ -225,7 +225,7 @@ const FORMAT_VERSION: u32 = 1;
 
 /// The fields that tell if the rest can be read. The file may be of any kind, so these fields take any value.
 #[derive(Deserialize)]
-struct Head {
+struct ManifestHead {
     #[serde(default)]
     format: Value,
     #[serde(default)]
@@ -254,7 +254,7 @@ impl Manifest {
             _ => Error::io(path)(error),
         })?;
         let broken = |error: serde_json::Error| refuse(format!("cannot be read: {error}"), rebake);
-        let Head { format, format_version } = serde_json::from_str(&text).map_err(broken)?;
+        let ManifestHead { format, format_version } = serde_json::from_str(&text).map_err(broken)?;
         if format != FORMAT {
             return Err(refuse(format!("is not the manifest of a bake: expected \"format\": {FORMAT:?}"), rebake));
         }
@@ -470,7 +470,7 @@ impl Manifest {
 
     /// Parses a manifest; refuses any that no bake could have written.
     pub(crate) fn parse(text: &str) -> serde_json::Result<Manifest> {
-        serde_json::from_str::<bounds::Texts>(text)?;
+        serde_json::from_str::<bounds::TextCheck>(text)?;
         serde_json::from_str::<Manifest>(text)?.checked().map_err(serde_json::Error::custom)
     }
 
@@ -487,7 +487,7 @@ impl Manifest {
         let mut schema = schemars::schema_for!(Manifest);
         let profiles = Profile::ALL.into_iter().map(Profile::name);
         let names: BTreeSet<_> =
-            Export::known().map(Export::name).chain(profiles).chain(["registry", store::EXPORT]).collect();
+            Export::known().map(Export::name).chain(profiles).chain(["registry", shard_store::EXPORT]).collect();
         let export = schema.pointer_mut("/$defs/FileRecord/properties/export").expect("files have exports");
         // The Rust type is a string; the possible names are known only here.
         export["enum"] = names.into_iter().collect();

@@ -41,12 +41,12 @@ const PACKED_AT_ONCE: usize = 1 << 20;
 #[derive(Debug)]
 pub struct MapPicture {
     path: PathBuf,
-    kind: Kind,
+    kind: MapFormat,
     lettering: Lettering,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum MapFormat {
     Png,
     WebP,
     Pdf,
@@ -75,10 +75,10 @@ impl MapPicture {
     pub fn new(path: &Path, (width, height): (usize, usize), overwrite: bool) -> Result<MapPicture, Error> {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let kind = match ending.as_str() {
-            "png" => Kind::Png,
-            "webp" => Kind::WebP,
-            "pdf" => Kind::Pdf,
-            "svg" => Kind::Svg,
+            "png" => MapFormat::Png,
+            "webp" => MapFormat::WebP,
+            "pdf" => MapFormat::Pdf,
+            "svg" => MapFormat::Svg,
             _ => {
                 return Err(Error::Option {
                     message: format!("{}: expected a name that ends with .png, .webp, .pdf or .svg", path.display()),
@@ -87,9 +87,9 @@ impl MapPicture {
             }
         };
         let (most, called, instead) = match kind {
-            Kind::Png => (MOST_PNG as usize, "PNG", ".pdf"),
-            Kind::WebP => (MOST_WEBP, "WebP", ".png"),
-            Kind::Pdf | Kind::Svg => (usize::MAX, "", ""),
+            MapFormat::Png => (MOST_PNG as usize, "PNG", ".pdf"),
+            MapFormat::WebP => (MOST_WEBP, "WebP", ".png"),
+            MapFormat::Pdf | MapFormat::Svg => (usize::MAX, "", ""),
         };
         if width.max(height) > most {
             return Err(Error::Option {
@@ -107,7 +107,7 @@ impl MapPicture {
         if path.exists() && !overwrite {
             return refuse("is there already".into(), "give --overwrite to replace it, or another --out");
         }
-        let lettering = if kind == Kind::Svg { Lettering::Outlines } else { Lettering::Text };
+        let lettering = if kind == MapFormat::Svg { Lettering::Outlines } else { Lettering::Text };
         let picture = MapPicture { path: path.to_path_buf(), kind, lettering };
         picture.check_beside(overwrite)?;
         picture.check_room(width as u64, height as u64)?;
@@ -121,8 +121,8 @@ impl MapPicture {
     /// When the picture is one of pixels.
     pub fn lettered(self, lettering: Lettering) -> Result<MapPicture, Error> {
         match self.kind {
-            Kind::Pdf | Kind::Svg => Ok(MapPicture { lettering, ..self }),
-            Kind::Png | Kind::WebP => Err(Error::Option {
+            MapFormat::Pdf | MapFormat::Svg => Ok(MapPicture { lettering, ..self }),
+            MapFormat::Png | MapFormat::WebP => Err(Error::Option {
                 message: format!("{}: letters of a picture are pixels, neither text nor outlines", self.path.display()),
                 hint: "leave out --text, or write a .pdf or .svg".into(),
             }),
@@ -132,7 +132,7 @@ impl MapPicture {
     /// Returns warnings for users who look at a page of this size.
     pub fn warnings(&self, page: Area, scale: Scale) -> Vec<String> {
         let size_mm = [page.width(), page.height()].map(|pixels| pixels as f64 / scale.pixels_per_mm);
-        if self.kind != Kind::Pdf || user_unit(size_mm) == 1.0 {
+        if self.kind != MapFormat::Pdf || user_unit(size_mm) == 1.0 {
             return Vec::new();
         }
         let [width_m, height_m] = size_mm.map(|mm| mm / 1000.0);
@@ -147,9 +147,9 @@ impl MapPicture {
     /// places only pictures of pixels.
     fn world_file(&self) -> Option<PathBuf> {
         let letters = match self.kind {
-            Kind::Png => "pgw",
-            Kind::WebP => "wpw",
-            Kind::Pdf | Kind::Svg => return None,
+            MapFormat::Png => "pgw",
+            MapFormat::WebP => "wpw",
+            MapFormat::Pdf | MapFormat::Svg => return None,
         };
         // The world file's ending is in capitals if the picture's is: in small letters it would belong to another
         // picture.
@@ -195,7 +195,7 @@ impl MapPicture {
     /// Returns the largest number of bytes of memory that a map of a world takes at a scale, with these pixels and
     /// threads.
     pub fn memory_bytes(&self, world: &World, scale: Scale, (width, height): (usize, usize), threads: usize) -> u64 {
-        let rows = if matches!(self.kind, Kind::Png | Kind::Svg) { Chart::STRIP } else { height };
+        let rows = if matches!(self.kind, MapFormat::Png | MapFormat::Svg) { Chart::STRIP } else { height };
         let (working_bytes, worlds) = Chart::memory(world, scale, [width, height], rows, threads);
         told(threads, working_bytes, worlds * world.memory_bytes(1))
     }
@@ -203,7 +203,7 @@ impl MapPicture {
     /// Checks that the disk has room for these pixels.
     fn check_room(&self, width: u64, height: u64) -> Result<(), Error> {
         // SVG holds pixels in base64: four letters for the three bytes of a pixel.
-        let stretch = if self.kind == Kind::Svg { 4 } else { 3 };
+        let stretch = if self.kind == MapFormat::Svg { 4 } else { 3 };
         let disk_bytes = (width * stretch + ROW_BYTES) * height + HEAD_BYTES;
         let needs = format!("a map of {width} x {height} pixels may take {} of disk", Bytes(disk_bytes));
         match free_bytes(&self.path).filter(|free| *free < disk_bytes) {
@@ -243,15 +243,15 @@ impl MapPicture {
     pub fn write(&self, sheet: &Sheet<'_>, scale: Scale, texts: &Texts, watch: &Watch) -> Result<(), Error> {
         self.prepare()?;
         match self.kind {
-            Kind::Png | Kind::WebP => {}
-            Kind::Pdf => {
+            MapFormat::Png | MapFormat::WebP => {}
+            MapFormat::Pdf => {
                 let mut pdf = Pdf::create(self.path.clone())?;
                 let mut page = pdf.page(0, sheet.page(), scale, self.lettering);
                 sheet.plot(&mut page, watch)?;
                 page.finish()?;
                 return pdf.finish(&texts.title, &texts.description, &texts.software).map(drop);
             }
-            Kind::Svg => {
+            MapFormat::Svg => {
                 let (page, path) = (sheet.page(), self.path.clone());
                 let mut svg = Svg::create(path, page, scale, self.lettering, (&texts.title, &texts.description))?;
                 sheet.plot(&mut svg, watch)?;
@@ -259,7 +259,7 @@ impl MapPicture {
             }
         }
         let mut file = PartFile::create(self.path.clone())?;
-        if self.kind == Kind::Png {
+        if self.kind == MapFormat::Png {
             self.write_png(&mut file, sheet, scale, texts, watch)?;
         } else {
             let area = sheet.page();

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::area::{Area, Place, Region, TileId};
-use crate::bake::store::{self, Block, Blocks};
+use crate::bake::shard_store::{self, Blocks, StoredTile};
 use crate::bake::{FileRecord, Journal, Sink, corners, hand_on};
 use crate::error::Error;
 use crate::export::folder::begun;
@@ -26,11 +26,11 @@ use crate::world::World;
 pub struct Shards {
     whole: Region,
     /// Sorted from north to south and from west to east.
-    parts: Vec<Part>,
+    parts: Vec<ShardFolder>,
 }
 
 /// A shard in its folder.
-struct Part {
+struct ShardFolder {
     folder: PathBuf,
     manifest: Manifest,
     tiles: Region,
@@ -46,7 +46,8 @@ impl Shards {
     /// When a folder has no whole shard, or a shard of another bake than the first folder's, or a shard that this
     /// program cannot merge; and when a tile of the region is in no shard. Each error names the folder or the tiles.
     pub fn open(folders: &[PathBuf]) -> Result<Shards, Error> {
-        let mut parts = folders.iter().map(|folder| Part::open(folder)).collect::<Result<Vec<Part>, Error>>()?;
+        let mut parts =
+            folders.iter().map(|folder| ShardFolder::open(folder)).collect::<Result<Vec<ShardFolder>, Error>>()?;
         let Some((first, others)) = parts.split_first() else {
             return Err(Error::Option {
                 message: "no shard is given".into(),
@@ -93,7 +94,7 @@ impl Shards {
         let rows: Vec<i64> = rows.into_iter().collect();
         for band in rows.windows(2) {
             let [north, south] = [band[0], band[1]];
-            let within = |part: &&Part| (edges(&part.tiles)[0]..edges(&part.tiles)[1]).contains(&north);
+            let within = |part: &&ShardFolder| (edges(&part.tiles)[0]..edges(&part.tiles)[1]).contains(&north);
             let mut spans: Vec<[i64; 2]> = self.parts.iter().filter(within).map(|part| ends(&part.tiles)).collect();
             let [west, east] = ends(&self.whole);
             spans.push([east, east]);
@@ -138,10 +139,10 @@ impl Shards {
     /// # Errors
     /// When a file was changed, or a tile differs; the error names the shard, and the file or the tile.
     pub fn check(&self, watch: &Watch) -> Result<(), Error> {
-        let files: Vec<(&Part, &FileRecord)> =
+        let files: Vec<(&ShardFolder, &FileRecord)> =
             self.parts.iter().flat_map(|part| part.manifest.files.iter().map(move |file| (part, file))).collect();
         watch.begin("reading shards", Some((files.len() as u64, "files")));
-        let fault = |(part, file): &(&Part, &FileRecord)| {
+        let fault = |(part, file): &(&ShardFolder, &FileRecord)| {
             let fault = file.fault(&part.folder);
             watch.add(1);
             fault.map(|fault| part.refused(&file.path, format!("{fault}: {} is damaged", part.name()), AGAIN))
@@ -184,7 +185,9 @@ impl Shards {
             for row in first_row..first_row + rows {
                 tiles.extend(self.read_row(row, &mut readers, journal)?);
             }
-            let pieces = |(tile, block, part): &(TileId, Block, &Part)| block.pieces(*tile, sinks.len(), &part.folder);
+            let pieces = |(tile, block, part): &(TileId, StoredTile, &ShardFolder)| {
+                block.pieces(*tile, sinks.len(), &part.folder)
+            };
             tiles.par_iter().map(pieces).collect()
         })?;
         Ok(files.into_values().cloned().collect())
@@ -196,7 +199,7 @@ impl Shards {
         row: u64,
         readers: &mut [Option<Reader>],
         journal: &Journal,
-    ) -> Result<Vec<(TileId, Block, &'a Part)>, Error> {
+    ) -> Result<Vec<(TileId, StoredTile, &'a ShardFolder)>, Error> {
         let y = self.whole.tile(Place { row, col: 0 }).y;
         let mut tiles = BTreeMap::new();
         for (part, reader) in self.parts.iter().zip(readers) {
@@ -233,13 +236,13 @@ struct Reader {
 }
 
 impl Reader {
-    fn open(part: &Part) -> Result<Reader, Error> {
+    fn open(part: &ShardFolder) -> Result<Reader, Error> {
         Ok(Reader { blocks: Blocks::open(&part.folder)?, registry: part.registry()? })
     }
 }
 
-impl Part {
-    fn open(folder: &Path) -> Result<Part, Error> {
+impl ShardFolder {
+    fn open(folder: &Path) -> Result<ShardFolder, Error> {
         let refuse =
             |path: PathBuf, message: String, hint: &str| Err(Error::Output { path, message, hint: hint.into() });
         if !folder.join(manifest::PATH).exists() && begun(folder).is_some() {
@@ -265,7 +268,7 @@ impl Part {
             let message = "names tiles that are not of its region".into();
             return refuse(folder.join(manifest::PATH), message, AGAIN);
         };
-        Ok(Part { folder: folder.into(), tiles, manifest })
+        Ok(ShardFolder { folder: folder.into(), tiles, manifest })
     }
 
     /// Returns the name of the shard in an error message.
@@ -284,14 +287,14 @@ impl Part {
 
     /// Returns the files of single tiles.
     fn tile_files(&self) -> impl Iterator<Item = &FileRecord> {
-        let own = [registry::EXPORT, store::EXPORT];
+        let own = [registry::EXPORT, shard_store::EXPORT];
         self.manifest.files.iter().filter(move |file| !own.contains(&&file.export[..]))
     }
 
     /// Refuses a shard whose tiles differ from the same tiles of another shard, in their files or in their digests in
     /// the registry.
-    fn check_agrees(&self, other: &Part) -> Result<(), Error> {
-        let places = |Part { tiles, .. }: &Part| {
+    fn check_agrees(&self, other: &ShardFolder) -> Result<(), Error> {
+        let places = |ShardFolder { tiles, .. }: &ShardFolder| {
             Area::new(tiles.at().x, tiles.at().y, tiles.cols() as usize, tiles.rows() as usize)
         };
         let Some(common) = places(self).common(&places(other)) else { return Ok(()) };
@@ -308,7 +311,7 @@ impl Part {
             let tile = file.tile.map(|TileId { x, y }| Area::new(x, y, 1, 1));
             is_same_shard || tile.is_some_and(|tile| common.contains(&tile))
         };
-        let files = |part: &Part| -> BTreeMap<String, String> {
+        let files = |part: &ShardFolder| -> BTreeMap<String, String> {
             let files = part.manifest.files.iter().filter(is_common);
             files.map(|file| (file.path.clone(), file.blake3.clone())).collect()
         };

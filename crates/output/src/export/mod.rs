@@ -61,12 +61,12 @@ mod web;
 
 pub use crate::map::plotter::Lettering;
 pub use atlas::{AtlasFiles, WrittenAtlas};
-pub use check::{Checked, Fault, Rebake, check};
+pub use check::{BakeFault, Checked, Rebake, check};
 pub use cost::{Cost, Forecast, Trial};
 pub use digits::shortest_that;
 pub use folder::{Cleaned, Mode, Output, clean, kept_warnings, registry};
 pub use limit::Limit;
-pub use look::{Contents, State, look};
+pub use look::{BakeState, Contents, look};
 pub use manifest::{Axes, HeightRange, Manifest, RegionRecord, ShardRecord};
 pub use map_picture::{MapPicture, SMALLER, Texts};
 pub use measure::measured_range_m;

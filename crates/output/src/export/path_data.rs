@@ -5,9 +5,9 @@ use std::fmt::{self, Display, Formatter, Write};
 use glam::DVec2;
 
 /// A number that is written with at most two decimals: hundredths of pixels are finer than what any printer shows.
-pub(super) struct Short(pub f64);
+pub(super) struct Hundredths(pub f64);
 
-impl Display for Short {
+impl Display for Hundredths {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let text = format!("{:.2}", self.0);
         let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -29,7 +29,7 @@ impl PathData {
     pub fn move_to(&mut self, at: DVec2) {
         self.pen = hundredths(at);
         self.command = None;
-        let [x, y] = self.pen.map(|axis| Short(axis as f64 / 100.0));
+        let [x, y] = self.pen.map(|axis| Hundredths(axis as f64 / 100.0));
         write!(self.text, "M{x} {y}").expect("memory takes everything");
     }
 
@@ -65,7 +65,7 @@ impl PathData {
                 // A minus sign separates two numbers, so no space is needed.
                 let space = if is_first || step < 0 { "" } else { " " };
                 is_first = false;
-                write!(self.text, "{space}{}", Short(step as f64 / 100.0)).expect("memory takes everything");
+                write!(self.text, "{space}{}", Hundredths(step as f64 / 100.0)).expect("memory takes everything");
             }
             last = point;
         }

@@ -22,7 +22,7 @@ use crate::error::Error;
 use crate::export::sfnt::{subset, table};
 use crate::file::{Finished, PartFile};
 use crate::map::font::Font;
-use crate::map::plotter::{Inscription, Item, Layer, Lettering, Page, Pen, Plotter, Shape, bounds};
+use crate::map::plotter::{Inscription, Item, Lettering, Page, PageLayer, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;
 use crate::map::text::Placed;
@@ -52,7 +52,7 @@ pub(crate) struct Pdf {
     /// Graphics states by their opacity in parts of 255.
     states: BTreeMap<u8, Ref>,
     /// Layers that any page has, as optional content.
-    layers: BTreeMap<Layer, Ref>,
+    layers: BTreeMap<PageLayer, Ref>,
     bookmarks: Vec<(String, usize)>,
 }
 
@@ -154,7 +154,7 @@ impl Pdf {
     }
 
     /// Adds a layer unless there is one.
-    fn add_layer(&mut self, layer: Layer) {
+    fn add_layer(&mut self, layer: PageLayer) {
         if !self.layers.contains_key(&layer) {
             let id = self.new_ref();
             self.layers.insert(layer, id);
@@ -618,7 +618,7 @@ impl Plotter for PdfPage<'_> {
         self.clip.unwrap_or(self.area)
     }
 
-    fn begin_layer(&mut self, layer: Layer) {
+    fn begin_layer(&mut self, layer: PageLayer) {
         self.pdf.add_layer(layer);
         self.content.begin_marked_content_with_properties(Name(b"OC")).properties_named(Name(layer.name().as_bytes()));
     }

@@ -15,10 +15,10 @@ use crate::error::Error;
 use crate::export::format::Format;
 use crate::export::georeference::Plane;
 use crate::export::plan::Plan;
-use crate::export::raster::{self, Layer};
+use crate::export::raster::{self, RasterLayer};
 use crate::export::svg::escaped;
 use crate::export::vector::{self, GeoPackage};
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::file::write_whole;
 
 /// The file in the folder of the bake.
@@ -83,7 +83,7 @@ impl Project {
         // the list, but hidden.
         let rasters = raster::layers(plan.exports().iter().map(|export| export.name()));
         let lowest =
-            |layer: &&Layer| ["map", "height", "colour"].iter().position(|name| layer.name == *name).unwrap_or(9);
+            |layer: &&RasterLayer| ["map", "height", "colour"].iter().position(|name| layer.name == *name).unwrap_or(9);
         let shown = rasters.iter().min_by_key(lowest).map(|layer| layer.name);
         for layer in &rasters {
             // The map of a walk is transparent where there are no tiles.
@@ -102,13 +102,13 @@ impl Project {
         );
     }
 
-    fn add_vector(&mut self, name: &str, shape: Shape, style: &vector::LayerStyle, is_shown: bool) {
+    fn add_vector(&mut self, name: &str, shape: GeometryType, style: &vector::LayerStyle, is_shown: bool) {
         let source = format!("./{}|layername={name}", vector::GEOPACKAGE);
         self.add(name, &source, "ogr", is_shown);
         let geometry = match shape {
-            Shape::Point => "Point",
-            Shape::Line | Shape::LineZ => "Line",
-            Shape::Polygon => "Polygon",
+            GeometryType::Point => "Point",
+            GeometryType::Line | GeometryType::LineZ => "Line",
+            GeometryType::Polygon => "Polygon",
         };
         let labels = style.labels.as_deref().unwrap_or_default();
         _ = writeln!(
@@ -122,7 +122,7 @@ impl Project {
         );
     }
 
-    fn add_raster(&mut self, layer: &Layer, is_shown: bool, is_transparent: bool) {
+    fn add_raster(&mut self, layer: &RasterLayer, is_shown: bool, is_transparent: bool) {
         let (name, source) = (layer.name, format!("./{}", layer.path));
         self.add(name, &source, "gdal", is_shown);
         let renderer = match layer.channels {

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use crate::area::TileId;
-use crate::bake::store::Store;
+use crate::bake::shard_store::Store;
 use crate::bake::{FileRecord, Journal, Sink, bake, walk};
 use crate::error::Error;
 use crate::export::check::check;

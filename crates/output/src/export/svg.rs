@@ -17,12 +17,12 @@ use tiny_skia::PathSegment;
 
 use crate::area::Area;
 use crate::error::Error;
-use crate::export::path_data::{PathData, Short};
+use crate::export::path_data::{Hundredths, PathData};
 use crate::export::raster::writer::{Sample, png_bytes};
 use crate::export::sfnt::web_font;
 use crate::file::{Finished, PartFile};
 use crate::map::font::{Face, Font};
-use crate::map::plotter::{Inscription, Item, Layer, Lettering, Page, Pen, Plotter, Shape, bounds};
+use crate::map::plotter::{Inscription, Item, Lettering, Page, PageLayer, Pen, Plotter, Shape, bounds};
 use crate::map::scale::Scale;
 use crate::map::style::Colour;
 use crate::map::text::{Placed, PlacedGlyph, is_right_to_left};
@@ -36,24 +36,24 @@ pub(crate) struct Svg {
     /// Visible part of the page while the map is drawn; otherwise all of the page is visible.
     clip: Option<Area>,
     /// Open groups, from the outermost.
-    groups: Vec<Group>,
+    groups: Vec<SvgGroup>,
     /// Number of groups that have asked for each id.
     ids: BTreeMap<String, u32>,
     /// The letters of each font that are written as text.
     written: Vec<(Font, BTreeSet<char>)>,
-    picture: Option<Rows>,
+    picture: Option<PendingRows>,
     /// First error of writing, which `finish` returns.
     refused: Option<Error>,
 }
 
 /// A group. Its begin is written with its first element, so that empty groups are left out.
-struct Group {
+struct SvgGroup {
     begin: String,
     is_written: bool,
 }
 
 /// A picture under way: its rows that are not written yet.
-struct Rows {
+struct PendingRows {
     part: Area,
     pixels: Vec<u8>,
     /// Number of rows that are written as one picture.
@@ -168,7 +168,7 @@ impl Svg {
     }
 
     fn begin_group(&mut self, begin: String) {
-        self.groups.push(Group { begin, is_written: false });
+        self.groups.push(SvgGroup { begin, is_written: false });
     }
 
     fn end_group(&mut self) {
@@ -251,13 +251,13 @@ impl Svg {
             weight => format!(" font-weight=\"{weight}\""),
         };
         let style = if of_face.is_slanted() { " font-style=\"italic\"" } else { "" };
-        let font = format!("font-size=\"{}\"{family}{weight}{style} {paint}", Short(text.size_px));
+        let font = format!("font-size=\"{}\"{family}{weight}{style} {paint}", Hundredths(text.size_px));
         let first = &text.glyphs[0];
         if text.glyphs.iter().all(|glyph| glyph.along == first.along) {
             let place = self.place(first);
             let spacing = match text.spacing_px {
                 0.0 => String::new(),
-                spacing => format!(" letter-spacing=\"{}\"", Short(spacing)),
+                spacing => format!(" letter-spacing=\"{}\"", Hundredths(spacing)),
             };
             // The place is the left end of the text, which is where right-to-left text ends.
             let direction = if is_right_to_left(&text.text) { " direction=\"rtl\" text-anchor=\"end\"" } else { "" };
@@ -274,17 +274,17 @@ impl Svg {
 
     /// Returns the attributes that place and rotate a glyph.
     fn place(&self, glyph: &PlacedGlyph) -> String {
-        let [x, y] = self.at(glyph.at).to_array().map(Short);
+        let [x, y] = self.at(glyph.at).to_array().map(Hundredths);
         match glyph.angle().to_degrees() {
             0.0 => format!("x=\"{x}\" y=\"{y}\""),
-            degrees => format!("transform=\"translate({x} {y}) rotate({})\"", Short(degrees)),
+            degrees => format!("transform=\"translate({x} {y}) rotate({})\"", Hundredths(degrees)),
         }
     }
 
     /// Writes the next `rows` rows of the picture as one image. The next image repeats the last of these rows, so that
     /// no gap shows between the two, whatever size they are drawn at.
     fn write_rows(&mut self, rows: usize) {
-        let Some(Rows { part, pixels, .. }) = &mut self.picture else { return };
+        let Some(PendingRows { part, pixels, .. }) = &mut self.picture else { return };
         let row_bytes = part.width() * 3;
         let png = png_bytes(Sample::Rgb8, (part.width() as u32, rows as u32), true, &pixels[..rows * row_bytes]);
         let (left, width, top) = ((part.x0 - self.area.x0), part.width(), part.y0 - self.area.y0);
@@ -314,7 +314,7 @@ impl Plotter for Svg {
         self.clip.unwrap_or(self.area)
     }
 
-    fn begin_layer(&mut self, layer: Layer) {
+    fn begin_layer(&mut self, layer: PageLayer) {
         let name = layer.name();
         let id = self.id(name);
         self.begin_group(format!("<g id=\"{id}\" inkscape:groupmode=\"layer\" inkscape:label=\"{name}\">\n"));
@@ -352,15 +352,17 @@ impl Plotter for Svg {
         }
         let path = self.path(lines);
         let opacity = if pen.opacity < 1.0 {
-            format!(" stroke-opacity=\"{}\"", Short(f64::from(pen.opacity)))
+            format!(" stroke-opacity=\"{}\"", Hundredths(f64::from(pen.opacity)))
         } else {
             String::new()
         };
         let ends = match pen.dash {
-            Some([on, off]) => format!(" stroke-dasharray=\"{} {}\"", Short(f64::from(on)), Short(f64::from(off))),
+            Some([on, off]) => {
+                format!(" stroke-dasharray=\"{} {}\"", Hundredths(f64::from(on)), Hundredths(f64::from(off)))
+            }
             None => " stroke-linecap=\"round\"".to_owned(),
         };
-        let (colour, width) = (pen.colour, Short(f64::from(pen.width)));
+        let (colour, width) = (pen.colour, Hundredths(f64::from(pen.width)));
         self.add(format_args!(
             "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{opacity}{ends} d=\"{path}\"/>\n"
         ));
@@ -374,7 +376,7 @@ impl Plotter for Svg {
         for Inscription { item, text, colour, halo } in inscriptions {
             let mut paint = format!("fill=\"{colour}\"");
             if halo.width > 0.0 {
-                let (width, opacity) = (Short(f64::from(halo.width)), Short(f64::from(halo.opacity)));
+                let (width, opacity) = (Hundredths(f64::from(halo.width)), Hundredths(f64::from(halo.opacity)));
                 let colour = halo.colour;
                 // One element draws both: the halo (stroke) first, then the letters over it.
                 write!(
@@ -390,8 +392,8 @@ impl Plotter for Svg {
     }
 
     fn dot(&mut self, at: DVec2, radius: f64, colour: Colour) {
-        let [x, y] = self.at(at).to_array().map(Short);
-        self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{colour}\"/>\n", Short(radius)));
+        let [x, y] = self.at(at).to_array().map(Hundredths);
+        self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{colour}\"/>\n", Hundredths(radius)));
     }
 }
 
@@ -411,11 +413,11 @@ impl Page for Svg {
 
     fn begin_picture(&mut self, part: Area) {
         let rows = (PICTURE_BYTES / (3 * part.width())).max(2);
-        self.picture = Some(Rows { part, pixels: Vec::new(), at_once: rows });
+        self.picture = Some(PendingRows { part, pixels: Vec::new(), at_once: rows });
     }
 
     fn add_rows(&mut self, pixels: &[u8]) -> Result<(), Error> {
-        let Rows { part, pixels: kept, at_once } = self.picture.as_mut().expect("a picture was begun");
+        let PendingRows { part, pixels: kept, at_once } = self.picture.as_mut().expect("a picture was begun");
         kept.extend_from_slice(pixels);
         let (rows, row_bytes) = (*at_once, part.width() * 3);
         // Strictly more: at the end there must be rows left besides the repeated one.
@@ -492,7 +494,7 @@ mod tests {
         let line = [vec![dvec2(10.0, 10.0), dvec2(20.0, 20.0)]];
         let pen = Pen { colour: INK, opacity: 1.0, width: 1.0, dash: None };
         let text = page(area, Lettering::Outlines, |svg| {
-            svg.begin_layer(Layer::Waters);
+            svg.begin_layer(PageLayer::Waters);
             for part in ["r2:-1:0", "r2:-1:0", "r3:9:9"] {
                 svg.begin_item(&Item { kind: "river", id: part, name: "Ache & \"Bach\"" });
                 if part != "r3:9:9" {
@@ -502,7 +504,7 @@ mod tests {
                 svg.end_item();
             }
             svg.end_layer();
-            svg.begin_layer(Layer::Roads);
+            svg.begin_layer(PageLayer::Roads);
             svg.end_layer();
         });
         let groups: Vec<&str> = text.lines().filter(|line| line.starts_with("<g")).collect();

@@ -27,7 +27,7 @@ use crate::map::{Chart, Picture};
 use crate::places::site::SiteClass;
 use crate::tile::Tile;
 use crate::watch::Watch;
-use crate::web::{self, Bounds, Choice, Content, Encoding, Feature, Layer, Meta, Plan, View};
+use crate::web::{self, Bounds, Choice, Feature, MapContent, Meta, Pyramid, TileEncoding, View, WebLayer};
 use crate::world::World;
 
 /// The page and its scripts.
@@ -45,19 +45,22 @@ pub(crate) struct WebMap {
     /// Name of the format and of its folder.
     name: &'static str,
     about: &'static str,
-    encoding: Encoding,
+    encoding: TileEncoding,
 }
 
 /// The web map with WebP tiles, which have the fewest bytes.
 pub(crate) const WEBP: WebMap = WebMap {
     name: "web",
     about: "web map: a page, tiles at all zoom levels, PMTiles and MBTiles, and geojson",
-    encoding: Encoding::WebP,
+    encoding: TileEncoding::WebP,
 };
 
 /// The web map with PNG tiles, which all programs read.
-pub(crate) const PNG: WebMap =
-    WebMap { name: "web-png", about: "the web map with PNG tiles, for what reads no WebP", encoding: Encoding::Png };
+pub(crate) const PNG: WebMap = WebMap {
+    name: "web-png",
+    about: "the web map with PNG tiles, for what reads no WebP",
+    encoding: TileEncoding::Png,
+};
 
 /// Returns the paths of the files in a folder that are not tiles.
 fn files(folder: &str) -> impl Iterator<Item = String> {
@@ -109,7 +112,7 @@ impl Format for WebMap {
     }
 
     fn check(&self, request: &Request) -> Result<(), Error> {
-        plan(request.world, &request.region).map(drop)
+        pyramid(request.world, &request.region).map(drop)
     }
 
     fn folders(&self) -> Vec<&'static str> {
@@ -117,9 +120,10 @@ impl Format for WebMap {
     }
 
     fn cost(&self, request: &Request) -> FormatCost {
-        let Ok(plan) = plan(request.world, &request.region) else { return FormatCost::default() };
+        let Ok(pyramid) = pyramid(request.world, &request.region) else { return FormatCost::default() };
         // One of the first 64 blocks is as large as any block of the region.
-        let block = plan.blocks(plan.max_zoom()).take(64).map(|block| block.places.len() as u64).max().unwrap_or(0);
+        let block =
+            pyramid.blocks(pyramid.max_zoom()).take(64).map(|block| block.places.len() as u64).max().unwrap_or(0);
         let pixels = block * (web::TILE_PX * web::TILE_PX) as u64;
         let dense = pixels * (DENSE * DENSE) as u64;
         // For each pixel: RGB of the block, of the parts that it is put together from, and of the layer before; and the
@@ -141,17 +145,17 @@ impl Format for WebMap {
     }
 
     fn units(&self, request: &Request) -> Option<u64> {
-        plan(request.world, &request.region).map(|plan| plan.tiles()).ok()
+        pyramid(request.world, &request.region).map(|pyramid| pyramid.tiles()).ok()
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         let Request { name, world, region, .. } = *request;
-        let plan = plan(world, &region)?;
+        let pyramid = pyramid(world, &region)?;
         Ok(vec![Box::new(WebSink {
             form: *self,
             name,
             world,
-            plan,
+            pyramid,
             out: out.join(self.name),
             named: Mutex::default(),
         })])
@@ -159,9 +163,9 @@ impl Format for WebMap {
 }
 
 /// Plans the tile pyramid of a region; its finest pixels are about as large as the region's cells.
-fn plan(world: &World, region: &Region) -> Result<Plan, Error> {
+fn pyramid(world: &World, region: &Region) -> Result<Pyramid, Error> {
     let [west_m, south_m, east_m, north_m] = region.bounds_km(world.spacing_m()).map(|km| km * 1000.0);
-    Plan::new(Bounds { west_m, south_m, east_m, north_m }, world.spacing_m())
+    Pyramid::new(Bounds { west_m, south_m, east_m, north_m }, world.spacing_m())
 }
 
 /// Collects the names from all tiles of the bake, then writes the map.
@@ -169,15 +173,15 @@ struct WebSink<'a> {
     form: WebMap,
     name: &'a str,
     world: &'a World,
-    plan: Plan,
+    pyramid: Pyramid,
     out: PathBuf,
     /// Named features by their ids in the world.
-    named: Mutex<BTreeMap<String, Named>>,
+    named: Mutex<BTreeMap<String, NamedFeature>>,
 }
 
 /// A named feature.
 #[derive(Serialize, Deserialize)]
-struct Named {
+struct NamedFeature {
     name: String,
     kind: Cow<'static, str>,
     at: [f64; 2],
@@ -197,7 +201,7 @@ impl Sink for WebSink<'_> {
             return Ok(Kept::default());
         }
         let mut found = Vec::new();
-        let mut add = |id: String, named: Named| found.push((id, named));
+        let mut add = |id: String, named: NamedFeature| found.push((id, named));
         for site in SITES.find(world, &area) {
             let (kind, rank) = match site.class {
                 SiteClass::Town => ("town", 1),
@@ -205,19 +209,22 @@ impl Sink for WebSink<'_> {
                 SiteClass::Hamlet => ("hamlet", 5),
             };
             let (weight, kind) = (f64::from(site.population), kind.into());
-            add(format!("s:{}", site.id), Named { name: site.name, kind, at: site.at, rank, weight });
+            add(format!("s:{}", site.id), NamedFeature { name: site.name, kind, at: site.at, rank, weight });
         }
         for lake in LAKES.find(world, &area) {
             let Some(name) = lake.name else { continue };
             let shore = &lake.rings[0];
             let sum = shore.iter().fold([0.0, 0.0], |sum, point| [sum[0] + point[0], sum[1] + point[1]]);
             let at = sum.map(|axis| axis / shore.len() as f64);
-            add(format!("l:{}", lake.id), Named { name, kind: "lake".into(), at, rank: 2, weight: lake.area_m2 });
+            add(
+                format!("l:{}", lake.id),
+                NamedFeature { name, kind: "lake".into(), at, rank: 2, weight: lake.area_m2 },
+            );
         }
         for peak in PEAKS.find(world, &area) {
             let Some(name) = peak.name else { continue };
             let weight = f64::from(peak.height_m);
-            add(format!("p:{}", peak.id), Named { name, kind: "peak".into(), at: peak.at, rank: 4, weight });
+            add(format!("p:{}", peak.id), NamedFeature { name, kind: "peak".into(), at: peak.at, rank: 4, weight });
         }
         for river in RIVERS.find(world, &area) {
             let Some(name) = river.name else { continue };
@@ -225,7 +232,7 @@ impl Sink for WebSink<'_> {
             let weight = river.discharge_m3s[1];
             add(
                 format!("r:{}", river.course),
-                Named { name, kind: "river".into(), at: [east, north], rank: 4, weight },
+                NamedFeature { name, kind: "river".into(), at: [east, north], rank: 4, weight },
             );
         }
         let piece = serde_json::to_vec(&found).expect("texts and finite numbers are JSON");
@@ -235,7 +242,8 @@ impl Sink for WebSink<'_> {
     fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut all = locked(&self.named);
         for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
-            let found: Vec<(String, Named)> = serde_json::from_slice(piece).expect("it was written by this sink");
+            let found: Vec<(String, NamedFeature)> =
+                serde_json::from_slice(piece).expect("it was written by this sink");
             for (id, named) in found {
                 // Parts come in the order of the tiles, so that among equal weights the same part wins in every bake.
                 if all.get(&id).is_none_or(|known| known.weight < named.weight) {
@@ -250,7 +258,7 @@ impl Sink for WebSink<'_> {
         let world = Chart::world(self.world.preset(), Some(self.world.seed()))?;
         let artist = Artist { world, prepared: RwLock::default() };
         let named = locked(&self.named);
-        let bounds = self.plan.bounds();
+        let bounds = self.pyramid.bounds();
         let is_shown = |[east, north]: [f64; 2]| {
             (bounds.west_m..=bounds.east_m).contains(&east) && (bounds.south_m..=bounds.north_m).contains(&north)
         };
@@ -258,7 +266,7 @@ impl Sink for WebSink<'_> {
         let features: Vec<Feature> = named
             .values()
             .filter(|named| is_shown(named.at))
-            .map(|Named { name, kind, at, rank, .. }| {
+            .map(|NamedFeature { name, kind, at, rank, .. }| {
                 let [east_m, north_m] = *at;
                 Feature { name, kind, east_m, north_m, rank: *rank }
             })
@@ -269,24 +277,24 @@ impl Sink for WebSink<'_> {
         });
         let layers = [0, 1].map(|layer| {
             let (name, title, _) = LAYERS[layer];
-            Layer { name, title, paint: &paints[layer] }
+            WebLayer { name, title, paint: &paints[layer] }
         });
         let meta = Meta {
             name: self.name.to_owned(),
             description: format!("seed {}, {} m between vertices", self.world.seed(), self.world.spacing_m()),
             version: env!("CARGO_PKG_VERSION").into(),
         };
-        let content = Content {
+        let content = MapContent {
             prepare: &|view| artist.prepare(view),
             layers: &layers,
             heights: Some(&|view| Ok(artist.heights(view))),
             features: &features,
         };
-        watch.begin("drawing the web map", Some((self.plan.tiles(), "web tiles")));
+        watch.begin("drawing the web map", Some((self.pyramid.tiles(), "web tiles")));
         let progress = |tiles| _ = watch.add(tiles);
         let WebMap { name: folder, encoding, .. } = self.form;
         let choice = Choice { encoding, dense: true, folder: true, mbtiles: true, pmtiles: true };
-        let written = web::write(&self.out, &self.plan, &meta, choice, &content, &progress)?;
+        let written = web::write(&self.out, &self.pyramid, &meta, choice, &content, &progress)?;
         let record =
             |file: FileRecord| FileRecord { path: format!("{folder}/{}", file.path), export: folder.into(), ..file };
         Ok(written.files.into_iter().map(record).collect())

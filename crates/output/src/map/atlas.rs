@@ -164,11 +164,11 @@ impl Layout {
 pub struct Gazetteer {
     /// Places of each name. The key is the name in small letters, the name itself and its kind. A place is a sheet and
     /// a square of its grid, given by the kilometres east and north of the square's south-western corner.
-    entries: BTreeMap<(String, String, &'static str), Places>,
+    entries: BTreeMap<(String, String, &'static str), SheetSquares>,
 }
 
 /// Sheets by column and row, each with a square of its grid.
-type Places = BTreeSet<([u32; 2], [i64; 2])>;
+type SheetSquares = BTreeSet<([u32; 2], [i64; 2])>;
 
 /// A page of the gazetteer.
 #[derive(Debug)]
@@ -233,7 +233,7 @@ impl GazetteerPage {
         [x, y]: [f64; 2],
         name: &str,
         kind: &str,
-        places: &Places,
+        places: &SheetSquares,
     ) {
         let width = |text: &str, face: Face| {
             let text = shape(text, style.labels.typeface(face), scale.pixels(SIZE_MM) as f32, 0.0);

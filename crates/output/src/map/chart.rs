@@ -15,20 +15,20 @@ use crate::error::Error;
 use crate::features::sites::SiteFeature;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
-use crate::map::contour::interval_m;
+use crate::map::contour_lines::interval_m;
 use crate::map::drawing::{Draughtsman, Drawing, Strokes};
-use crate::map::frame::Frame;
+use crate::map::frame::MapFrame;
 use crate::map::names::{self, Finders, Writing};
-use crate::map::outlines::{Outlines, SQUARE, Trace};
-use crate::map::plotter::{Inscription, Item, Layer, Page, Pen, Plotter, Shape, WIDEST, bounds};
+use crate::map::outlines::{GroundLine, Outlines, SQUARE};
+use crate::map::plotter::{Inscription, Item, Page, PageLayer, Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::ranges::Afar;
-use crate::map::relief::{Ground, Relief};
+use crate::map::relief::{GroundPixels, ShadedRelief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
 use crate::map::style::{Colour, Style};
-use crate::map::summits::Summits;
+use crate::map::summits::PeakSource;
 use crate::map::symbols::{draw_peak, draw_site};
-use crate::map::terrain::{self, Terrain};
+use crate::map::terrain::{self, MapTerrain};
 use crate::map::text::Quad;
 use crate::memory::Budget;
 use crate::places::site::SiteClass;
@@ -51,21 +51,21 @@ const AGENTS: f64 = 8.0;
 pub struct Chart {
     style: Style,
     scale: Scale,
-    terrain: Arc<Terrain>,
-    relief: Relief,
+    terrain: Arc<MapTerrain>,
+    relief: ShadedRelief,
     /// The world at all vertices, with the places, roads and lines of agents that are drawn: a world at coarse nodes
     /// has none. `has_lines` is true if its lines are drawn.
     world: Arc<World>,
     has_lines: bool,
-    detail: Detail,
+    detail: ChartDetail,
     interval_m: f64,
 }
 
 /// Parts of a chart that a sketch leaves out.
 #[derive(Clone, Debug, Default)]
-struct Detail {
+struct ChartDetail {
     /// Sources of the names of peaks, and of ranges and valleys.
-    summits: Option<Arc<Summits>>,
+    summits: Option<Arc<PeakSource>>,
     afar: Option<Arc<Afar>>,
     /// True if the chart leaves out small things.
     is_sketch: bool,
@@ -79,7 +79,7 @@ pub struct Picture {
     drawing: Drawing,
     writings: Vec<Writing>,
     /// The frame around the picture, if it has one.
-    frame: Option<Frame>,
+    frame: Option<MapFrame>,
 }
 
 impl Chart {
@@ -93,7 +93,7 @@ impl Chart {
     /// Returns the largest number of bytes of land that a chart remembers for `nodes` nodes a side. Land is remembered
     /// in patches, which reach beyond the edge.
     pub fn land_bytes(nodes: [u64; 2]) -> u64 {
-        let sides = nodes.map(|side| side.saturating_add(2 * u64::from(Terrain::TILE_CELLS)));
+        let sides = nodes.map(|side| side.saturating_add(2 * u64::from(MapTerrain::TILE_CELLS)));
         sides[0].saturating_mul(sides[1]).saturating_mul(terrain::NODE_BYTES).min(terrain::REMEMBERED as u64)
     }
 
@@ -136,7 +136,7 @@ impl Chart {
     /// # Errors
     /// When a value of the preset is out of its range.
     pub fn world_within(preset: &Preset, seed: Option<u64>, budget: &Arc<Budget>) -> Result<Arc<World>, Error> {
-        let world = World::new(preset.clone(), seed)?.with_tile_cells(Terrain::TILE_CELLS);
+        let world = World::new(preset.clone(), seed)?.with_tile_cells(MapTerrain::TILE_CELLS);
         Ok(Arc::new(world.within(budget)))
     }
 
@@ -160,15 +160,15 @@ impl Chart {
         let strided = if stride == Stride::ONE {
             Arc::clone(world)
         } else {
-            Arc::new(world.at_stride(stride).with_tile_cells(Terrain::TILE_CELLS))
+            Arc::new(world.at_stride(stride).with_tile_cells(MapTerrain::TILE_CELLS))
         };
         let maker = maker(&strided)?;
-        let terrain = Arc::new(Terrain::new(strided, maker, scale));
+        let terrain = Arc::new(MapTerrain::new(strided, maker, scale));
         let is_fluvial = world.preset().fluvial.is_some();
-        let summits = is_fluvial.then(|| Arc::new(Summits::new(Arc::clone(world), scale)));
+        let summits = is_fluvial.then(|| Arc::new(PeakSource::new(Arc::clone(world), scale)));
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
         let afar = has_ranges.then(|| Arc::new(Afar::new(world, scale)));
-        let detail = Detail { summits, afar, is_sketch: false };
+        let detail = ChartDetail { summits, afar, is_sketch: false };
         Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
     }
 
@@ -177,11 +177,11 @@ impl Chart {
     /// valleys.
     pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Arc<Chart> {
         let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
-        let tile_cells = Terrain::sketch_tile_cells(halvings);
+        let tile_cells = MapTerrain::sketch_tile_cells(halvings);
         let strided = Arc::new(world.sketch_at_stride(stride).with_tile_cells(tile_cells));
         let maker = Cpu::maker(strided.relief());
-        let terrain = Arc::new(Terrain::new(strided, maker, scale));
-        let detail = Detail { is_sketch: true, ..Detail::default() };
+        let terrain = Arc::new(MapTerrain::new(strided, maker, scale));
+        let detail = ChartDetail { is_sketch: true, ..ChartDetail::default() };
         Chart::drawn(Arc::clone(world), terrain, detail, style, scale)
     }
 
@@ -196,9 +196,15 @@ impl Chart {
         Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.detail.clone(), style, self.scale)
     }
 
-    fn drawn(world: Arc<World>, terrain: Arc<Terrain>, detail: Detail, style: Style, scale: Scale) -> Arc<Chart> {
+    fn drawn(
+        world: Arc<World>,
+        terrain: Arc<MapTerrain>,
+        detail: ChartDetail,
+        style: Style,
+        scale: Scale,
+    ) -> Arc<Chart> {
         let denominator = scale.denominator();
-        let relief = Relief::new(&style, terrain.world(), scale);
+        let relief = ShadedRelief::new(&style, terrain.world(), scale);
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
         // Agents go everywhere, and their lines are short: at small scales there would be many lines, too short to be
         // seen.
@@ -242,10 +248,10 @@ impl Chart {
     /// Returns the picture of an area of pixels with a frame around it: no name crosses the frame, and what lies beyond
     /// has no name.
     pub fn framed_picture(self: &Arc<Self>, area: Area) -> Picture {
-        self.drawn_picture(area, Some(Frame::new(area, self.scale)))
+        self.drawn_picture(area, Some(MapFrame::new(area, self.scale)))
     }
 
-    fn drawn_picture(self: &Arc<Self>, area: Area, frame: Option<Frame>) -> Picture {
+    fn drawn_picture(self: &Arc<Self>, area: Area, frame: Option<MapFrame>) -> Picture {
         let draughtsman = Draughtsman {
             style: &self.style,
             scale: self.scale,
@@ -388,13 +394,13 @@ impl Picture {
     }
 
     /// Returns the ground of the block that a part belongs to, and the lines that follow from its heights.
-    fn ground(&self, part: Area) -> (Ground, Outlines) {
+    fn ground(&self, part: Area) -> (GroundPixels, Outlines) {
         stop::check();
         let (chart, block) = (&self.chart, part.on_grid(BLOCK));
         let ground = chart.relief.ground(&chart.terrain, block);
         let boxes = self.writings.iter().flat_map(Writing::boxes);
         // The numbers of contours keep clear of the frame as well as of names.
-        let boxes = boxes.chain(self.frame.iter().flat_map(Frame::edges));
+        let boxes = boxes.chain(self.frame.iter().flat_map(MapFrame::edges));
         let near: Vec<Quad> = boxes.filter(|quad| block.meets(bounds(quad.iter()))).collect();
         let sea_level_m = chart.terrain.world().preset().sea_level_m;
         let outlines =
@@ -409,11 +415,11 @@ impl Picture {
     pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let mut all = Vec::new();
         page.clip(self.area);
-        page.begin_layer(Layer::Relief);
+        page.begin_layer(PageLayer::Relief);
         page.begin_picture(self.area);
         for strip in self.rows() {
             let parts: Vec<Area> = strip.parts(BLOCK).collect();
-            let blocks: Vec<(Ground, Outlines)> = parts.par_iter().map(|part| self.ground(*part)).collect();
+            let blocks: Vec<(GroundPixels, Outlines)> = parts.par_iter().map(|part| self.ground(*part)).collect();
             let mut canvas = Canvas::new(strip, Colour([0; 3]));
             for (part, (ground, outlines)) in parts.into_iter().zip(blocks) {
                 canvas.put(part, &Canvas::of_words(&ground.pixels).pixels(part));
@@ -432,19 +438,19 @@ impl Picture {
     /// Draws everything that lies over the ground, with the outlines of some blocks.
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         draw_outlines(outlines, canvas);
-        canvas.begin_layer(Layer::Houses);
+        canvas.begin_layer(PageLayer::Houses);
         self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
         canvas.end_layer();
-        canvas.begin_layer(Layer::Waters);
+        canvas.begin_layer(PageLayer::Waters);
         self.draw_waters(outlines, canvas);
         canvas.end_layer();
-        canvas.begin_layer(Layer::Roads);
+        canvas.begin_layer(PageLayer::Roads);
         self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas);
         canvas.end_layer();
-        canvas.begin_layer(Layer::Places);
+        canvas.begin_layer(PageLayer::Places);
         self.draw_places(canvas);
         canvas.end_layer();
-        canvas.begin_layer(Layer::Names);
+        canvas.begin_layer(PageLayer::Names);
         self.draw_names(canvas);
         canvas.end_layer();
     }
@@ -523,19 +529,21 @@ impl Picture {
 
 /// Draws the signs, depth contours, contours and heights of some blocks, but not their coasts.
 fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter) {
-    let draw = |canvas: &mut dyn Plotter, trace: Trace| {
+    let draw = |canvas: &mut dyn Plotter, trace: GroundLine| {
         for outlines in outlines {
             stop::check();
             outlines.draw(trace, canvas);
         }
     };
-    canvas.begin_layer(Layer::Signs);
-    draw(canvas, Trace::Sign);
+    canvas.begin_layer(PageLayer::Signs);
+    draw(canvas, GroundLine::Sign);
     canvas.end_layer();
-    canvas.begin_layer(Layer::Contours);
-    for (trace, kind) in
-        [(Trace::Depth, "depths"), (Trace::Contour, "intermediate-contours"), (Trace::IndexContour, "index-contours")]
-    {
+    canvas.begin_layer(PageLayer::Contours);
+    for (trace, kind) in [
+        (GroundLine::Depth, "depths"),
+        (GroundLine::Contour, "intermediate-contours"),
+        (GroundLine::IndexContour, "index-contours"),
+    ] {
         canvas.begin_item(&Item::only(kind));
         draw(canvas, trace);
         canvas.end_item();

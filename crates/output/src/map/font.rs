@@ -42,7 +42,7 @@ impl Face {
     /// Returns the font of the face.
     pub fn font(self) -> Font {
         // Each font is read only once: reading one takes longer than shaping a name.
-        static LOADED: [OnceLock<Loaded>; Face::ALL.len()] = [const { OnceLock::new() }; Face::ALL.len()];
+        static LOADED: [OnceLock<LoadedFont>; Face::ALL.len()] = [const { OnceLock::new() }; Face::ALL.len()];
         Font(LOADED[self as usize].get_or_init(|| self.load()))
     }
 
@@ -58,14 +58,14 @@ impl Face {
         }
     }
 
-    fn load(self) -> Loaded {
+    fn load(self) -> LoadedFont {
         let is_named = |data: &&'static [u8]| {
             let font = FontRef::new(data).expect("the fonts that come with the program can be read");
             let name = font.localized_strings(StringId::FULL_NAME).english_or_first();
             name.is_some_and(|name| name.to_string().strip_prefix("Libertinus Serif ") == Some(self.style_name()))
         };
         let data = typst_assets::fonts().find(is_named).expect("each face comes with the program");
-        Loaded::new(data).expect("a font that could be read once can be read again")
+        LoadedFont::new(data).expect("a font that could be read once can be read again")
     }
 }
 
@@ -100,9 +100,9 @@ impl Typeface {
 
 /// A font that has been read. It stays in memory until the program ends.
 #[derive(Clone, Copy)]
-pub struct Font(&'static Loaded);
+pub struct Font(&'static LoadedFont);
 
-struct Loaded {
+struct LoadedFont {
     data: &'static [u8],
     full_name: String,
     family: String,
@@ -136,7 +136,7 @@ impl Font {
     /// When the file cannot be read as a font. The message is worded to follow the name of the file.
     pub fn read(path: &Path) -> Result<Font, String> {
         // Fonts stay in memory for good, so the same file is kept only once.
-        static READ: Mutex<Vec<&'static Loaded>> = Mutex::new(Vec::new());
+        static READ: Mutex<Vec<&'static LoadedFont>> = Mutex::new(Vec::new());
         let size = fs::metadata(path).map_err(|error| error.to_string())?;
         if size.is_dir() || size.len() > MAX_BYTES {
             return Err(format!("is no font file, which has at most {} MB", MAX_BYTES >> 20));
@@ -146,7 +146,7 @@ impl Font {
         if let Some(known) = read.iter().find(|known| known.data == data) {
             return Ok(Font(known));
         }
-        let loaded: &'static Loaded = Box::leak(Box::new(Loaded::new(Vec::leak(data))?));
+        let loaded: &'static LoadedFont = Box::leak(Box::new(LoadedFont::new(Vec::leak(data))?));
         read.push(loaded);
         Ok(Font(loaded))
     }
@@ -212,15 +212,15 @@ impl Font {
 
     /// Returns the advance of a glyph in thousandths of the font's size.
     pub fn advance(self, glyph: u16) -> f32 {
-        let Loaded { outlines, metrics, .. } = self.0;
+        let LoadedFont { outlines, metrics, .. } = self.0;
         let widths = outlines.glyph_metrics(Size::unscaled(), LocationRef::default());
         let units = widths.advance_width(GlyphId::new(u32::from(glyph))).unwrap_or(0.0);
         units * 1000.0 / f32::from(metrics.units_per_em)
     }
 }
 
-impl Loaded {
-    fn new(data: &'static [u8]) -> Result<Loaded, String> {
+impl LoadedFont {
+    fn new(data: &'static [u8]) -> Result<LoadedFont, String> {
         const NO_FONT: &str = "is no TrueType or OpenType font";
         let outlines = FontRef::from_index(data, 0).map_err(|error| format!("{NO_FONT}: {error}"))?;
         if outlines.glyf().is_err() && outlines.cff().is_err() {
@@ -233,7 +233,7 @@ impl Loaded {
         let attributes = outlines.attributes();
         // Some slanted fonts say so only in their attributes, others only in their italic angle.
         let angle = outlines.post().map_or(0.0, |post| post.italic_angle().to_f64());
-        Ok(Loaded {
+        Ok(LoadedFont {
             data,
             full_name: text(StringId::FULL_NAME).unwrap_or_else(|| family.clone()),
             family,

@@ -12,17 +12,17 @@ const GAP_MM: f64 = 0.6;
 
 /// The frame of a map that ends at its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Frame {
+pub(super) struct MapFrame {
     /// Edges of the map in pixels: west, north, east and south.
     map: [f64; 4],
     /// The part of the map that letters may cover.
     room: [f64; 4],
 }
 
-impl Frame {
+impl MapFrame {
     /// Creates the frame around an area of pixels.
-    pub fn new(area: Area, scale: Scale) -> Frame {
-        Frame { map: area.edges(), room: widened(area.edges(), -scale.pixels(GAP_MM)) }
+    pub fn new(area: Area, scale: Scale) -> MapFrame {
+        MapFrame { map: area.edges(), room: widened(area.edges(), -scale.pixels(GAP_MM)) }
     }
 
     /// True if the map shows a place.
@@ -99,7 +99,8 @@ mod tests {
 
     #[test]
     fn a_line_that_leaves_the_map_and_comes_back_has_two_parts() {
-        let frame = Frame::new(Area::new(0, 0, 100, 50), Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 / GAP_MM });
+        let frame =
+            MapFrame::new(Area::new(0, 0, 100, 50), Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 / GAP_MM });
         let line = [[-20.0, 10.0], [50.0, 10.0], [50.0, 80.0], [70.0, 80.0], [70.0, 20.0], [80.0, 20.0]];
         let parts = frame.parts(&line.map(DVec2::from));
         let first = [[1.0, 10.0], [50.0, 10.0], [50.0, 49.0]].map(DVec2::from);

@@ -11,7 +11,7 @@ use glam::DVec2;
 use crate::geometry::LineSegment;
 use crate::hash;
 use crate::map::plotter::{Shape, bounds, widened};
-use crate::map::text::{Course, Quad};
+use crate::map::text::{MeasuredLine, Quad};
 
 /// Distance in metres between two places for houses along a road.
 const APART_M: f64 = 18.0;
@@ -40,7 +40,7 @@ pub(super) struct Town {
 }
 
 /// A place for a house. Its order is the number of its road and its own number along that road.
-struct Place {
+struct HousePlot {
     order: (u64, i64),
     quad: Quad,
 }
@@ -57,17 +57,17 @@ pub(super) fn houses(roads: &[(u64, Vec<DVec2>)], towns: &[Town], metres_per_pix
             x + reach >= west && x - reach <= east && y + reach >= north && y - reach <= south
         };
         let near: Vec<&Town> = towns.iter().filter(is_near).collect();
-        let Some(course) = Course::new(road).filter(|_| !near.is_empty()) else { continue };
-        let count = (course.length() / px(APART_M)) as i64;
+        let Some(measured) = MeasuredLine::new(road).filter(|_| !near.is_empty()) else { continue };
+        let count = (measured.length() / px(APART_M)) as i64;
         for step in 1..count {
-            let middle = course.place(step as f64 * px(APART_M));
+            let middle = measured.place(step as f64 * px(APART_M));
             let off = |town: &&Town| town.at.distance(middle) / radius(town);
             let share = near.iter().map(|town| 1.0 - off(town)).fold(f64::NEG_INFINITY, f64::max);
             if share <= 0.0 {
                 continue;
             }
-            let before = course.place((step as f64 - 0.5) * px(APART_M));
-            let after = course.place((step as f64 + 0.5) * px(APART_M));
+            let before = measured.place((step as f64 - 0.5) * px(APART_M));
+            let after = measured.place((step as f64 + 0.5) * px(APART_M));
             let way: DVec2 = after - before;
             let long = way.length();
             if long < 0.5 * px(APART_M) {
@@ -86,44 +86,44 @@ pub(super) fn houses(roads: &[(u64, Vec<DVec2>)], towns: &[Town], metres_per_pix
                 let corner =
                     |u: f64, v: f64| middle + along * (u * 0.5 * wide) + along.perp() * (away + v * 0.5 * deep);
                 let quad = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                places.push(Place { order: (*number, 2 * step + i64::from(side > 0)), quad });
+                places.push(HousePlot { order: (*number, 2 * step + i64::from(side > 0)), quad });
             }
         }
     }
     let clear = px(SETBACK_M - 3.0);
     let apart = px(LONG_M[1] + 1.0);
     let middle = |quad: &Quad| quad.iter().sum::<DVec2>() / 4.0;
-    let around = |place: &Place| widened(bounds([middle(&place.quad)].iter()), apart);
-    let near_places = Buckets::new(places.iter().map(|place| (around(place), place)), px(60.0));
+    let around = |place: &HousePlot| widened(bounds([middle(&place.quad)].iter()), apart);
+    let near_places = SpatialHash::new(places.iter().map(|place| (around(place), place)), px(60.0));
     let segments = roads
         .iter()
         .flat_map(|(_, road)| road.windows(2))
         .map(|pair| (widened(bounds(pair.iter()), clear), LineSegment::between(pair[0].into(), pair[1].into())));
-    let near_roads = Buckets::new(segments, px(60.0));
+    let near_roads = SpatialHash::new(segments, px(60.0));
     // Of places that touch, only the first may have a house, even if it then has none: so a house depends on near
     // places alone.
-    let is_first = |place: &&Place| {
+    let is_first = |place: &&HousePlot| {
         let at = middle(&place.quad);
-        let is_apart = |other: &&Place| other.order >= place.order || middle(&other.quad).distance(at) > apart;
+        let is_apart = |other: &&HousePlot| other.order >= place.order || middle(&other.quad).distance(at) > apart;
         near_places.at(at).iter().all(is_apart)
     };
-    let is_clear = |place: &&Place| {
+    let is_clear = |place: &&HousePlot| {
         let at = middle(&place.quad);
         near_roads.at(at).iter().all(|segment| segment.distance(at.into()) > clear)
     };
-    let shape = |Place { quad: [a, b, c, d], .. }: &Place| Shape::new(vec![vec![*a, *b, *c, *d, *a]]);
+    let shape = |HousePlot { quad: [a, b, c, d], .. }: &HousePlot| Shape::new(vec![vec![*a, *b, *c, *d, *a]]);
     places.iter().filter(is_first).filter(is_clear).map(shape).collect()
 }
 
 /// Items by the squares of a lattice that their bounding boxes meet.
-struct Buckets<T> {
+struct SpatialHash<T> {
     side: f64,
     squares: HashMap<[i64; 2], Vec<T>>,
 }
 
-impl<T: Copy> Buckets<T> {
+impl<T: Copy> SpatialHash<T> {
     /// Sorts items into squares of the given side, by their bounding boxes: west, north, east and south.
-    fn new(things: impl Iterator<Item = ([f64; 4], T)>, side: f64) -> Buckets<T> {
+    fn new(things: impl Iterator<Item = ([f64; 4], T)>, side: f64) -> SpatialHash<T> {
         let mut squares: HashMap<[i64; 2], Vec<T>> = HashMap::new();
         for ([west, north, east, south], thing) in things {
             let [x0, y0, x1, y1] = [west, north, east, south].map(|at| (at / side).floor() as i64);
@@ -131,7 +131,7 @@ impl<T: Copy> Buckets<T> {
                 squares.entry(square).or_default().push(thing);
             }
         }
-        Buckets { side, squares }
+        SpatialHash { side, squares }
     }
 
     /// Returns all items that reach into the square of a place.

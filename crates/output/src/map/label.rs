@@ -14,7 +14,7 @@ use glam::{DVec2, dvec2};
 
 use crate::hash;
 use crate::map::plotter::{bounds, widened};
-use crate::map::text::{Course, Quad, Shaped, length};
+use crate::map::text::{MeasuredLine, Quad, Shaped, length};
 
 /// Order of precedence of a candidate. The candidates of one feature differ only in their place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ pub fn pad_px(longest_px: f64, margin_px: f64) -> f64 {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum State {
+enum Decision {
     Undecided,
     Shown,
     Dropped,
@@ -84,16 +84,16 @@ enum State {
 pub fn place<T>(mut candidates: Vec<Candidate<T>>, obstacles: &[Quad], margin_px: f64) -> Vec<Candidate<T>> {
     candidates.sort_unstable_by_key(|candidate| candidate.rank.order());
     let features = features(&candidates);
-    let (better, mut states) = rivals(&candidates, obstacles, margin_px);
+    let (better, mut decisions) = rivals(&candidates, obstacles, margin_px);
     for _ in 0..ROUNDS {
         // Read only the states of the round before. With newer states, one decision could pass through many features in
         // a single round.
-        let before = states.clone();
+        let before = decisions.clone();
         for feature in &features {
-            decide(feature.clone(), &better, &before, &mut states);
+            decide(feature.clone(), &better, &before, &mut decisions);
         }
     }
-    let shown = candidates.into_iter().zip(states).filter(|(_, state)| *state == State::Shown);
+    let shown = candidates.into_iter().zip(decisions).filter(|(_, state)| *state == Decision::Shown);
     shown.map(|(candidate, _)| candidate).collect()
 }
 
@@ -151,22 +151,22 @@ fn features<T>(candidates: &[Candidate<T>]) -> Vec<Range<usize>> {
 }
 
 /// Decides those candidates of a feature that the states of the round before allow to decide.
-fn decide(feature: Range<usize>, better: &[Vec<usize>], before: &[State], states: &mut [State]) {
-    if before[feature.clone()].contains(&State::Shown) {
+fn decide(feature: Range<usize>, better: &[Vec<usize>], before: &[Decision], decisions: &mut [Decision]) {
+    if before[feature.clone()].contains(&Decision::Shown) {
         return;
     }
     // The candidates of a feature are decided one after the other within the round: they need no further round to see
     // each other's states.
     let mut waits = false;
-    for candidate in feature.clone().filter(|candidate| before[*candidate] == State::Undecided) {
+    for candidate in feature.clone().filter(|candidate| before[*candidate] == Decision::Undecided) {
         let rivals = || better[candidate].iter().map(|rival| before[*rival]);
-        if rivals().any(|rival| rival == State::Shown) {
-            states[candidate] = State::Dropped;
-        } else if waits || rivals().any(|rival| rival == State::Undecided) {
+        if rivals().any(|rival| rival == Decision::Shown) {
+            decisions[candidate] = Decision::Dropped;
+        } else if waits || rivals().any(|rival| rival == Decision::Undecided) {
             waits = true;
         } else {
-            states[feature].fill(State::Dropped);
-            states[candidate] = State::Shown;
+            decisions[feature].fill(Decision::Dropped);
+            decisions[candidate] = Decision::Shown;
             return;
         }
     }
@@ -175,9 +175,9 @@ fn decide(feature: Range<usize>, better: &[Vec<usize>], before: &[State], states
 /// Finds, for each of the candidates in the order of rank, the better candidates of other features that overlap it.
 /// Also returns the states before the first round, in which only candidates over an obstacle are decided: they are
 /// dropped.
-fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) -> (Vec<Vec<usize>>, Vec<State>) {
+fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) -> (Vec<Vec<usize>>, Vec<Decision>) {
     let mut better = vec![Vec::new(); candidates.len()];
-    let mut states = vec![State::Undecided; candidates.len()];
+    let mut decisions = vec![Decision::Undecided; candidates.len()];
     let mut boxes: Vec<_> = obstacles.iter().map(|quad| OwnedBox::new(None, *quad, margin_px)).collect();
     for (index, candidate) in candidates.iter().enumerate() {
         boxes.extend(candidate.boxes.iter().map(|quad| OwnedBox::new(Some(index), *quad, margin_px)));
@@ -191,11 +191,11 @@ fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) ->
         }
         // The margin applies only between labels: a symbol may stand close to its own label.
         (Some(index), None) | (None, Some(index)) if overlap(&one.quad, &other.quad, 0.0) => {
-            states[index] = State::Dropped;
+            decisions[index] = Decision::Dropped;
         }
         _ => {}
     });
-    (better, states)
+    (better, decisions)
 }
 
 /// A box of a candidate, or of an obstacle, which has no owner.
@@ -289,7 +289,7 @@ pub fn around_point(DVec2 { x, y }: DVec2, radius_px: f64, name: &Shaped) -> [DV
 
 /// A part of a line along which a name can be set.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LinePlace {
+pub struct LabelPath {
     /// Number of the repetition of the name along the line. Each repetition is a feature of its own.
     pub repetition: u32,
     /// Number of the place among the places of the repetition: 0 is the best.
@@ -315,26 +315,26 @@ const BEND_A_SHIFT: f64 = 0.03;
 /// Bends shorter than about four times `smooth_px`, roughly the size of the letters, are smoothed away. The places
 /// depend on the whole line, so give the whole line and not only the part that a sheet shows. All places of a
 /// repetition lie within three widths of the name and twice `smooth_px`.
-pub fn along_line(line: &[DVec2], width_px: f64, repeat_px: f64, smooth_px: f64) -> Vec<LinePlace> {
+pub fn along_line(line: &[DVec2], width_px: f64, repeat_px: f64, smooth_px: f64) -> Vec<LabelPath> {
     // Smooth twice: at first, small wiggles make the line longer than it looks, so that steps along it are shorter on
     // the map.
     let smoothed = smooth(&smooth(line, smooth_px), smooth_px);
-    let Some(course) = Course::new(&smoothed) else { return Vec::new() };
+    let Some(measured) = MeasuredLine::new(&smoothed) else { return Vec::new() };
     // Leave room at both ends, so that rounding does not leave a name without its last letter.
     let half = 0.5 * width_px + smooth_px;
-    let (first, last) = (half, course.length() - half);
+    let (first, last) = (half, measured.length() - half);
     if last < first {
         return Vec::new();
     }
-    let count = (course.length() / repeat_px).floor().max(1.0);
+    let count = (measured.length() / repeat_px).floor().max(1.0);
     let mut places = Vec::new();
     for repetition in 0..count as u32 {
-        let middle = course.length() * (f64::from(repetition) + 0.5) / count;
+        let middle = measured.length() * (f64::from(repetition) + 0.5) / count;
         let shifts = SHIFTS.map(|shift| (shift, middle + shift * width_px));
         let fitting = shifts.into_iter().filter(|(_, middle)| (first..=last).contains(middle));
         let mut choices: Vec<(f64, Vec<DVec2>)> = fitting
             .map(|(shift, middle)| {
-                let part = part(&course, middle - half, middle + half);
+                let part = part(&measured, middle - half, middle + half);
                 (bend(&part) + BEND_A_SHIFT * shift.abs(), part)
             })
             .collect();
@@ -343,7 +343,7 @@ pub fn along_line(line: &[DVec2], width_px: f64, repeat_px: f64, smooth_px: f64)
         places.extend((0..).zip(choices).map(|(place, (_, part))| {
             let line = left_to_right(part);
             let start = 0.5 * (length(&line) - width_px);
-            LinePlace { repetition, place, line, start }
+            LabelPath { repetition, place, line, start }
         }));
     }
     places
@@ -351,13 +351,13 @@ pub fn along_line(line: &[DVec2], width_px: f64, repeat_px: f64, smooth_px: f64)
 
 /// Returns a line without its short bends, through evenly spaced places. The ends stay in place.
 fn smooth(line: &[DVec2], smooth_px: f64) -> Vec<DVec2> {
-    let Some(course) = Course::new(line) else { return Vec::new() };
+    let Some(measured) = MeasuredLine::new(line) else { return Vec::new() };
     // Eight averages of three neighbours, weighted 1, 2, 1, approximate a Gaussian with a standard deviation of two
     // steps.
     const MEANS: usize = 8;
-    let steps = (course.length() / (0.5 * smooth_px)).ceil().max(1.0) as usize;
+    let steps = (measured.length() / (0.5 * smooth_px)).ceil().max(1.0) as usize;
     let mut places: Vec<_> =
-        (0..=steps).map(|step| course.place(course.length() * step as f64 / steps as f64)).collect();
+        (0..=steps).map(|step| measured.place(measured.length() * step as f64 / steps as f64)).collect();
     for _ in 0..MEANS {
         let mean = |three: &[DVec2]| 0.25 * (three[0] + three[2]) + 0.5 * three[1];
         let inner: Vec<_> = places.windows(3).map(mean).collect();
@@ -367,10 +367,10 @@ fn smooth(line: &[DVec2], smooth_px: f64) -> Vec<DVec2> {
 }
 
 /// The part of a line between two distances along it.
-fn part(course: &Course, from: f64, to: f64) -> Vec<DVec2> {
-    let mut part = vec![course.place(from)];
-    part.extend(course.between(from, to));
-    part.push(course.place(to));
+fn part(measured: &MeasuredLine, from: f64, to: f64) -> Vec<DVec2> {
+    let mut part = vec![measured.place(from)];
+    part.extend(measured.between(from, to));
+    part.push(measured.place(to));
     part
 }
 
@@ -654,7 +654,7 @@ mod tests {
             let repetitions = places.iter().filter(|place| place.place == 0).count();
             assert!((3..=4).contains(&repetitions), "{repetitions}");
             assert!(places.len() > repetitions * 4);
-            for LinePlace { line, start, .. } in places {
+            for LabelPath { line, start, .. } in places {
                 let placed = name.along(&line, start, 3.0).expect("a gentle river has room for its name");
                 let [first, last] = [&placed.glyphs[0], &placed.glyphs[7]].map(|glyph| glyph.at);
                 let leads = last - first;
@@ -684,7 +684,7 @@ mod tests {
         let wave = |x: f64| if x < 300.0 { 30.0 * libm::sin(x * 0.05) } else { 0.0 };
         let line: Vec<_> = (0..=120).map(|step| f64::from(step) * 5.0).map(|x| dvec2(x, wave(x))).collect();
         let places = along_line(&line, 150.0, 10_000.0, 10.0);
-        let middle = |place: &LinePlace| place.line[place.line.len() / 2][0];
+        let middle = |place: &LabelPath| place.line[place.line.len() / 2][0];
         assert!(middle(&places[0]) > 350.0, "{}", middle(&places[0]));
         assert!((0..).zip(&places).all(|(index, one)| one.place == index && one.repetition == 0));
     }

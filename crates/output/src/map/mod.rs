@@ -4,7 +4,7 @@
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
 //!                  relief.rs    tints, materials of the ground, light and shadow; sky.rs open sky, cast shadows
 //!                  signs.rs     strokes on rock and slopes, stones of scree
-//! Style (TOML) --> contour.rs   contours; outlines.rs adds their numbers
+//! Style (TOML) --> contour_lines.rs   contours; outlines.rs adds their numbers
 //!                  drawing.rs   rivers, lakes, roads and settlements as lines and areas in pixels; houses.rs
 //!                  ranges.rs    mountain ranges and valleys, found in coarse land
 //!                  climb.rs     from high ground in coarse land to the peak there; summits.rs
@@ -22,7 +22,7 @@ pub(crate) mod colour;
 mod canvas;
 mod chart;
 mod climb;
-pub(crate) mod contour;
+pub(crate) mod contour_lines;
 mod drawing;
 pub mod font;
 mod frame;
@@ -34,7 +34,6 @@ mod plain;
 pub(crate) mod plotter;
 mod ranges;
 mod relief;
-mod rows;
 pub mod label;
 mod names;
 pub mod scale;
@@ -47,6 +46,7 @@ mod symbols;
 mod terrain;
 pub mod text;
 mod tint;
+mod weighted_sums;
 
 pub use chart::{Chart, Picture};
 pub use plain::MapPainter;

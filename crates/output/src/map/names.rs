@@ -9,10 +9,10 @@ use crate::area::Area;
 use crate::features::sites::SiteFeature;
 use crate::hash::{self, LabelDraw};
 use crate::map::drawing::{Drawing, NamedRiver};
-use crate::map::frame::Frame;
+use crate::map::frame::MapFrame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::{bounds, widened};
-use crate::map::ranges::Seen;
+use crate::map::ranges::CoarseLand;
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, LabelStyle, LabelsStyle, Style};
 use crate::map::summits::Summit;
@@ -102,10 +102,10 @@ pub(super) struct Finders<'a> {
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
-    seen: Option<&Seen<'_>>,
+    seen: Option<&CoarseLand<'_>>,
     finders: &Finders<'_>,
     area: Area,
-    frame: Option<&Frame>,
+    frame: Option<&MapFrame>,
 ) -> Vec<Writing> {
     let mut writer = Writer { style, scale, frame, candidates: Vec::new(), obstacles: Vec::new() };
     writer.write_ranges(seen);
@@ -118,7 +118,7 @@ pub(super) fn write(
     // Every feature that may have a label over a given place has its middle within this distance of the place.
     let reach = scale.pixels(LONGEST_MM + BESIDE_MM) + margin;
     let side = scale.pixels(CELL_MM).ceil() as i64;
-    let [mut sites, mut summits] = [Cells::new(side), Cells::new(side)];
+    let [mut sites, mut summits] = [KnownSquares::new(side), KnownSquares::new(side)];
     let mut near_sites = vec![widened(visible.edges(), reach)];
     let mut near_summits = near_sites.clone();
     loop {
@@ -149,14 +149,14 @@ pub(super) fn write(
 }
 
 /// Squares of a map in which all features of one kind are known.
-struct Cells {
+struct KnownSquares {
     side: i64,
     known: BTreeSet<[i64; 2]>,
 }
 
-impl Cells {
-    fn new(side: i64) -> Cells {
-        Cells { side, known: BTreeSet::new() }
+impl KnownSquares {
+    fn new(side: i64) -> KnownSquares {
+        KnownSquares { side, known: BTreeSet::new() }
     }
 
     /// Returns the squares that meet some rectangles (west, north, east and south) and are not known yet, and marks
@@ -196,7 +196,7 @@ fn find<T: Send>(
 struct Writer<'a> {
     style: &'a Style,
     scale: Scale,
-    frame: Option<&'a Frame>,
+    frame: Option<&'a MapFrame>,
     candidates: Vec<Candidate<Writing>>,
     obstacles: Vec<Quad>,
 }
@@ -290,7 +290,7 @@ impl Writer<'_> {
         self.frame.is_none_or(|frame| frame.shows(at))
     }
 
-    fn write_ranges(&mut self, seen: Option<&Seen<'_>>) {
+    fn write_ranges(&mut self, seen: Option<&CoarseLand<'_>>) {
         for range in seen.iter().flat_map(|seen| seen.ranges()) {
             for (index, placed) in (0..).zip(range.write(self.scale, &self.style.labels)) {
                 let id = range.id.map(|at| at as u64);
@@ -353,7 +353,7 @@ impl Writer<'_> {
         }
     }
 
-    fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&Seen<'_>>) {
+    fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&CoarseLand<'_>>) {
         for river in &drawing.named {
             self.write_along(river, &river.name, Class::River, |_| true);
             // The name of a valley follows the river as the river's own name does, but further from it.
@@ -453,7 +453,7 @@ mod tests {
     use crate::map::label::overlap;
     use crate::map::{Chart, Picture};
     use crate::preset::Preset;
-    use crate::recipe::source::Sources;
+    use crate::recipe::source::RecipeSources;
     use crate::world::World;
 
     #[test]
@@ -496,7 +496,7 @@ mod tests {
             let scale = Scale { metres_per_pixel: denominator / 2000.0, pixels_per_mm: 2.0 };
             let bounds = [east - km, north - km, east + km, north + km].map(|km| km * 1000.0);
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
-            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let picture = Chart::of_world(&world, style, scale).picture(scale.pixels_of(bounds));
             shown.extend(picture.writings().iter().filter(|writing| picture.shows(writing.at)).map(|writing| Shown {
                 denominator,
@@ -586,7 +586,7 @@ mod tests {
         ] {
             let (_, preset) = Preset::load(preset).unwrap();
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
-            let style = Sources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
+            let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let scale = Scale { metres_per_pixel, pixels_per_mm: 2.0 };
             let chart = Chart::new(&preset, Some(5), style, scale).unwrap();
             // Without a frame, the neighbouring picture shows the rest of a name that is cut at the edge.

@@ -4,10 +4,10 @@
 use glam::DVec2;
 
 use crate::area::Area;
-use crate::map::contour::{Contour, contours, shores};
+use crate::map::contour_lines::{ContourLine, contours, shores};
 use crate::map::label::overlap;
 use crate::map::plotter::{Pen, Plotter, bounds, widened};
-use crate::map::relief::{Ground, Relief};
+use crate::map::relief::{GroundPixels, ShadedRelief};
 use crate::map::scale::Scale;
 use crate::map::signs::{Slopes, signs};
 use crate::map::style::{Colour, Style};
@@ -28,7 +28,7 @@ const UPHILL_PX: f64 = 4.0;
 
 /// Kinds of lines on the ground, from the lowest to the highest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Trace {
+pub(super) enum GroundLine {
     Sign,
     Depth,
     Contour,
@@ -36,13 +36,13 @@ pub(super) enum Trace {
 }
 
 /// Lines of points, in pixels.
-type Lines = Vec<Vec<DVec2>>;
+type Polylines = Vec<Vec<DVec2>>;
 
 /// All lines of a block, in pixels.
 pub(super) struct Outlines {
     /// Lines by their kind and by the pen that draws them.
-    lines: Vec<(Trace, Pen, Lines)>,
-    pub coasts: Lines,
+    lines: Vec<(GroundLine, Pen, Polylines)>,
+    pub coasts: Polylines,
     numbers: Vec<Placed>,
     ink: Colour,
 }
@@ -50,11 +50,11 @@ pub(super) struct Outlines {
 impl Outlines {
     /// Creates the lines of the ground of a block. Contours have numbers where no name is written.
     pub fn new(
-        (style, relief): (&Style, &Relief),
+        (style, relief): (&Style, &ShadedRelief),
         scale: Scale,
         interval_m: f64,
         sea_level_m: Option<f64>,
-        ground: &Ground,
+        ground: &GroundPixels,
         written: &[Quad],
     ) -> Outlines {
         let area = ground.area;
@@ -74,12 +74,12 @@ impl Outlines {
                 (signs_style.rock, signs_style.scree) = (0.0, 0.0);
             }
             let signs = signs(&signs_style, scale, relief.sun(), area, &slopes);
-            outlines.lines.extend(signs.into_iter().map(|(pen, lines)| (Trace::Sign, pen, lines)));
+            outlines.lines.extend(signs.into_iter().map(|(pen, lines)| (GroundLine::Sign, pen, lines)));
         }
         let has_depths = style.water.draw && style.water.depth_mm > 0.0;
         if style.contours.draw || has_depths {
             let sea_level_m = sea_level_m.unwrap_or(f64::NEG_INFINITY);
-            let (land, sea): (Vec<Contour>, Vec<Contour>) = contours(&ground.heights, area, interval_m)
+            let (land, sea): (Vec<ContourLine>, Vec<ContourLine>) = contours(&ground.heights, area, interval_m)
                 .into_iter()
                 .filter(|line| line.number as f64 * interval_m != sea_level_m)
                 .partition(|line| line.number as f64 * interval_m > sea_level_m);
@@ -90,7 +90,7 @@ impl Outlines {
                     width: scale.pixels(style.water.depth_mm) as f32,
                     dash: None,
                 };
-                outlines.lines.push((Trace::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
+                outlines.lines.push((GroundLine::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
             }
             if style.contours.draw {
                 outlines.add_contours(style, scale, interval_m, ground, &land, written);
@@ -107,8 +107,8 @@ impl Outlines {
         style: &Style,
         scale: Scale,
         interval_m: f64,
-        ground: &Ground,
-        contours: &[Contour],
+        ground: &GroundPixels,
+        contours: &[ContourLine],
         written: &[Quad],
     ) {
         if style.labels.draw && style.labels.contour.size_mm > 0.0 {
@@ -121,7 +121,7 @@ impl Outlines {
             .map(|quad| Gap::new(quad, scale.pixels(GAP_MM)))
             .collect();
         let contour = &style.contours;
-        let mut pens: [(Pen, Lines); 4] = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(index, snow)| {
+        let mut pens: [(Pen, Polylines); 4] = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(index, snow)| {
             let mm = [contour.width_mm, contour.index_width_mm][index];
             let colour = [contour.colour, contour.on_snow][snow];
             let width = scale.pixels(mm) as f32;
@@ -160,12 +160,12 @@ impl Outlines {
             let end = run.len();
             put(&mut run, snow, end);
         }
-        let traces = [Trace::Contour, Trace::Contour, Trace::IndexContour, Trace::IndexContour];
+        let traces = [GroundLine::Contour, GroundLine::Contour, GroundLine::IndexContour, GroundLine::IndexContour];
         self.lines.extend(traces.into_iter().zip(pens).map(|(trace, (pen, lines))| (trace, pen, lines)));
     }
 
     /// Draws the lines of one kind.
-    pub fn draw(&self, trace: Trace, plotter: &mut dyn Plotter) {
+    pub fn draw(&self, trace: GroundLine, plotter: &mut dyn Plotter) {
         for (_, pen, lines) in self.lines.iter().filter(|(of, _, _)| *of == trace) {
             plotter.stroke(lines, pen);
         }
@@ -211,12 +211,12 @@ struct Numberer<'a> {
     style: &'a Style,
     scale: Scale,
     interval_m: f64,
-    ground: &'a Ground,
+    ground: &'a GroundPixels,
 }
 
 impl Numberer<'_> {
     /// Returns at most one number for each square, on the straightest part of an index line.
-    fn numbers(&self, contours: &[Contour], written: &[Quad]) -> Vec<Placed> {
+    fn numbers(&self, contours: &[ContourLine], written: &[Quad]) -> Vec<Placed> {
         let squares = self.ground.area.parts(SQUARE);
         squares
             .filter_map(|square| {
@@ -230,7 +230,7 @@ impl Numberer<'_> {
     }
 
     /// Returns places for the number of a line in a square, each with the straightness of the line there.
-    fn places(&self, line: &Contour, square: Area, written: &[&Quad]) -> Vec<(f64, Placed)> {
+    fn places(&self, line: &ContourLine, square: Area, written: &[&Quad]) -> Vec<(f64, Placed)> {
         let style = self.style.labels.contour;
         let metres = line.number as f64 * self.interval_m;
         let digits = usize::from(self.interval_m.fract() != 0.0);

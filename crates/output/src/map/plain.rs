@@ -10,7 +10,7 @@ use crate::lines::{Bed, LineKind};
 use crate::map::canvas::Canvas;
 use crate::map::drawing::Drawing;
 use crate::map::light::LEAST_RISE_M;
-use crate::map::relief::{Lit, Relief, channels};
+use crate::map::relief::{Lit, ShadedRelief, channels};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::symbols::draw_site;
@@ -32,7 +32,7 @@ const TRODDEN_OPACITY: f32 = 0.85;
 pub struct MapPainter {
     style: Style,
     scale: Scale,
-    relief: Relief,
+    relief: ShadedRelief,
 }
 
 impl MapPainter {
@@ -43,7 +43,7 @@ impl MapPainter {
     pub fn new(world: &World) -> MapPainter {
         let style = Style::load("plain").expect("built-in styles are sound");
         let scale = Scale { metres_per_pixel: world.spacing_m(), pixels_per_mm: PIXELS_PER_MM };
-        let relief = Relief::new(&style, world, scale);
+        let relief = ShadedRelief::new(&style, world, scale);
         MapPainter { style, scale, relief }
     }
 

@@ -58,7 +58,7 @@ pub(crate) struct Pen {
 
 /// Layers of a page, from the lowest to the highest. Whoever edits the page can hide or change a layer as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Layer {
+pub(crate) enum PageLayer {
     /// The background under the map and around it.
     Paper,
     /// The ground as a picture.
@@ -81,20 +81,20 @@ pub(crate) enum Layer {
     Furniture,
 }
 
-impl Layer {
+impl PageLayer {
     /// Returns the name that editors show.
     pub const fn name(self) -> &'static str {
         match self {
-            Layer::Paper => "paper",
-            Layer::Relief => "relief",
-            Layer::Signs => "signs",
-            Layer::Contours => "contours",
-            Layer::Houses => "houses",
-            Layer::Waters => "waters",
-            Layer::Roads => "roads",
-            Layer::Places => "places",
-            Layer::Names => "names",
-            Layer::Furniture => "furniture",
+            PageLayer::Paper => "paper",
+            PageLayer::Relief => "relief",
+            PageLayer::Signs => "signs",
+            PageLayer::Contours => "contours",
+            PageLayer::Houses => "houses",
+            PageLayer::Waters => "waters",
+            PageLayer::Roads => "roads",
+            PageLayer::Places => "places",
+            PageLayer::Names => "names",
+            PageLayer::Furniture => "furniture",
         }
     }
 }
@@ -141,7 +141,7 @@ pub(crate) trait Plotter {
     fn area(&self) -> Area;
 
     /// Begins a layer: everything drawn until its end belongs to it. Pixels have no layers.
-    fn begin_layer(&mut self, _layer: Layer) {}
+    fn begin_layer(&mut self, _layer: PageLayer) {}
 
     /// Ends the layer.
     fn end_layer(&mut self) {}

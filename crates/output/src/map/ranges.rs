@@ -14,10 +14,10 @@ use crate::area::{Area, Stride};
 use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::map::climb::Climb;
-use crate::map::rows::smoothed;
 use crate::map::scale::Scale;
 use crate::map::style::LabelsStyle;
 use crate::map::text::{Placed, length, shape};
+use crate::map::weighted_sums::smoothed;
 use crate::world::World;
 
 /// Largest distance in millimetres on paper from a coarse node to the next.
@@ -77,7 +77,7 @@ pub(super) struct Afar {
 }
 
 /// The coarse land around an area of pixels.
-pub(super) struct Seen<'a> {
+pub(super) struct CoarseLand<'a> {
     afar: &'a Afar,
     /// Heights of the ground in metres, or of the sea where the sea is higher.
     heights: Grid<f32>,
@@ -118,7 +118,7 @@ impl Afar {
     }
 
     /// Returns the land around an area of pixels, as far as it decides on the names of ranges that may be seen there.
-    pub fn look(&self, pixels: Area) -> Seen<'_> {
+    pub fn look(&self, pixels: Area) -> CoarseLand<'_> {
         let nodes = |mm: f64| (self.scale.pixels(mm) / self.pixels_per_node()).ceil() as usize + 1;
         let area = self.scale.nodes_of(pixels, self.world.spacing_m()).padded(nodes(REACH_MM));
         let wide = area.padded(nodes(APART_MM) + HALO);
@@ -140,11 +140,11 @@ impl Afar {
             let by = 2 * step;
             smooth = smoothed(&smooth, Area { x0: x0 + by, y0: y0 + by, x1: x1 - by, y1: y1 - by }, step);
         }
-        Seen { afar: self, heights, smooth, area }
+        CoarseLand { afar: self, heights, smooth, area }
     }
 }
 
-impl Seen<'_> {
+impl CoarseLand<'_> {
     /// Returns the ranges whose names may reach into the area.
     pub fn ranges(&self) -> Vec<Range> {
         if self.afar.scale.denominator() < LEAST_RANGES {

@@ -5,13 +5,13 @@ use glam::DVec2;
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
-use crate::map::rows::{smoothed, weigh};
 use crate::map::scale::Scale;
 use crate::map::signs::REACH;
 use crate::map::sky;
 use crate::map::style::{Colour, Style};
-use crate::map::terrain::{Nodes, Terrain};
+use crate::map::terrain::{MapTerrain, Nodes};
 use crate::map::tint::Tints;
+use crate::map::weighted_sums::{smoothed, weigh};
 use crate::simd::dispatch;
 use crate::tile::Material;
 use crate::world::World;
@@ -29,7 +29,7 @@ const STEEPENED: f64 = 0.22;
 
 /// The ground of a world's maps in one style and scale.
 #[derive(Debug)]
-pub(super) struct Relief {
+pub(super) struct ShadedRelief {
     tints: Tints,
     /// Colours of the materials, and the visible share of each per unit of weight (255 is all of the ground).
     covers: [([f32; 3], f32); 8],
@@ -40,7 +40,7 @@ pub(super) struct Relief {
 }
 
 /// The ground at the pixels of an area.
-pub(super) struct Ground {
+pub(super) struct GroundPixels {
     pub area: Area,
     /// Red in the lowest byte, then green and blue.
     pub pixels: Grid<u32>,
@@ -61,7 +61,7 @@ pub(super) struct Lit<'a> {
     pub texture: Option<&'a Grid<f32>>,
     /// Change of tone by the visible sky and by cast shadow; positive is lighter.
     pub open: Option<&'a Grid<f32>>,
-    /// Cover of the ground, from [`Relief::covers_of`].
+    /// Cover of the ground, from [`ShadedRelief::covers_of`].
     pub covers: &'a [Grid<f32>; 4],
 }
 
@@ -69,9 +69,9 @@ pub(super) fn channels(colour: Colour) -> [f32; 3] {
     colour.0.map(f32::from)
 }
 
-impl Relief {
+impl ShadedRelief {
     /// Prepares the ground of a world in a style and scale.
-    pub fn new(style: &Style, world: &World, scale: Scale) -> Relief {
+    pub fn new(style: &Style, world: &World, scale: Scale) -> ShadedRelief {
         let relief = &style.relief;
         let radians = relief.sun_deg.to_radians();
         let denominator = scale.denominator();
@@ -103,7 +103,7 @@ impl Relief {
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
         let has_stones = style.signs.are_drawn(denominator);
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
-        Relief { tints, covers, lamp, has_stones, sky }
+        ShadedRelief { tints, covers, lamp, has_stones, sky }
     }
 
     /// Height in metres up to which a soft shore may reach: where the lowest land of some pixels is lower, they may
@@ -153,7 +153,7 @@ impl Relief {
     }
 
     /// Returns the ground at the pixels of an area.
-    pub fn ground(&self, terrain: &Terrain, area: Area) -> Ground {
+    pub fn ground(&self, terrain: &MapTerrain, area: Area) -> GroundPixels {
         let wide = self.wide(area);
         let nodes = terrain.nodes(wide);
         let heights = terrain.at_pixels(&nodes.heights, wide);
@@ -173,7 +173,7 @@ impl Relief {
         let lit =
             Lit { heights: &heights, smooth: &smooth, texture: Some(&texture), open: open.as_ref(), covers: &covers };
         let pixels = self.light(&lit, area);
-        Ground { area, pixels, heights, snow, stones }
+        GroundPixels { area, pixels, heights, snow, stones }
     }
 
     /// Lights the pixels of an area.

@@ -13,7 +13,7 @@ use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
 use crate::map::font::Face;
 use crate::map::frame;
-use crate::map::plotter::{Item, Layer, Page, Pen, Plotter, Shape, ring, widened};
+use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape, ring, widened};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
@@ -225,7 +225,7 @@ impl Sheet<'_> {
     pub(crate) fn on_page<'a>(picture: &'a Picture, captions: &Captions, page: Area) -> Sheet<'a> {
         let chart = picture.chart();
         let (style, scale, map) = (chart.style(), chart.scale(), picture.area());
-        let mut printer = Printer { style, scale, map, page, marks: Vec::new() };
+        let mut printer = SheetPrinter { style, scale, map, page, marks: Vec::new() };
         if let Some(overlay) = captions.overlay {
             printer.marks.push(Mark::Begin("overlay"));
             printer.overlay(overlay);
@@ -254,7 +254,7 @@ impl Sheet<'_> {
     pub(super) fn add_frames(&mut self, frames: &[(Area, String)]) {
         let (style, scale, page) = (self.style, self.scale, self.page);
         for (map, name) in frames {
-            let mut printer = Printer { style, scale, map: *map, page, marks: Vec::new() };
+            let mut printer = SheetPrinter { style, scale, map: *map, page, marks: Vec::new() };
             let [west, north, east, south] = map.edges();
             printer.line(ring(map.edges()), 0.4);
             let middle = [f64::midpoint(west, east), f64::midpoint(north, south) + printer.mm(2.2)];
@@ -271,7 +271,7 @@ impl Sheet<'_> {
         page: Area,
         lines: &[(String, Face, f64, [f64; 2], f64)],
     ) -> Sheet<'a> {
-        let mut printer = Printer { style, scale, map: page, page, marks: Vec::new() };
+        let mut printer = SheetPrinter { style, scale, map: page, page, marks: Vec::new() };
         for (text, face, size_mm, [x, y], share) in lines {
             let at = [page.x0 as f64 + printer.mm(*x), page.y0 as f64 + printer.mm(*y)];
             printer.write(text, *face, *size_mm, at, *share);
@@ -323,13 +323,13 @@ impl Sheet<'_> {
     /// When the page cannot be written.
     pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let Sheet { picture, style, scale, .. } = *self;
-        page.begin_layer(Layer::Paper);
+        page.begin_layer(PageLayer::Paper);
         page.fill(&Shape::rectangle(self.page.edges()), style.paper);
         page.end_layer();
         if let Some(picture) = picture {
             picture.plot(page, watch)?;
         }
-        page.begin_layer(Layer::Furniture);
+        page.begin_layer(PageLayer::Furniture);
         self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
         page.end_layer();
         Ok(())
@@ -385,7 +385,7 @@ pub fn thousands(number: f64) -> String {
 }
 
 /// Collects the marks of a sheet.
-struct Printer<'a> {
+struct SheetPrinter<'a> {
     style: &'a Style,
     scale: Scale,
     map: Area,
@@ -393,7 +393,7 @@ struct Printer<'a> {
     marks: Vec<Mark>,
 }
 
-impl Printer<'_> {
+impl SheetPrinter<'_> {
     fn mm(&self, mm: f64) -> f64 {
         self.scale.pixels(mm)
     }
@@ -711,7 +711,7 @@ mod tests {
         let scale = Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.0 };
         for title in ["", "Map", "The map of all that lies between the mountains and the sea"] {
             let map = Area::new(0, 0, 400, 300);
-            let mut printer = Printer { style: &style, scale, map, page: map, marks: Vec::new() };
+            let mut printer = SheetPrinter { style: &style, scale, map, page: map, marks: Vec::new() };
             printer.title(title, "");
             let boxes = printer.marks.iter().filter_map(|mark| match mark {
                 Mark::Text(text, _) => Some(&text.boxes),

@@ -12,7 +12,7 @@ use crate::lines::RoadClass;
 use crate::map::font::{Face, Font, Typeface};
 use crate::preset::map::Tint;
 use crate::recipe::fault::{Fault, KeyPath};
-use crate::recipe::source::{Recipe, Sources};
+use crate::recipe::source::{Recipe, RecipeSources};
 
 /// The built-in styles, as name and text: the files of `styles/`.
 pub const STYLES: &[(&str, &str)] = &[
@@ -443,12 +443,12 @@ impl Style {
     /// # Errors
     /// When there is no such style, or when it cannot be read or understood.
     pub fn load(name_or_path: &str) -> Result<Style, Error> {
-        Sources::load(name_or_path)?.read_all()
+        RecipeSources::load(name_or_path)?.read_all()
     }
 
     /// Returns the JSON schema of style files.
     pub fn schema() -> serde_json::Value {
-        let mut schema = crate::recipe::form::schema::<Style>();
+        let mut schema = crate::recipe::schema::of::<Style>();
         schema["properties"]["extends"] = json!({
             "type": "string",
             "description": "A built-in style, or the path of a file from this one's folder, on which this one is built: its \

@@ -45,7 +45,7 @@ heap_bytes!(Summit: name);
 
 /// Source of the peaks of a world.
 #[derive(Debug)]
-pub(super) struct Summits {
+pub(super) struct PeakSource {
     world: Arc<World>,
     /// The coarse world, which is searched where there is not room for all peaks.
     afar: Option<FromAfar>,
@@ -60,9 +60,9 @@ struct FromAfar {
     blocks: Memory<[i64; 2], Vec<Summit>>,
 }
 
-impl Summits {
+impl PeakSource {
     /// Creates the source of the peaks of a fluvial world for maps of a scale.
-    pub fn new(world: Arc<World>, scale: Scale) -> Summits {
+    pub fn new(world: Arc<World>, scale: Scale) -> PeakSource {
         let room_m = ROOM_MM * scale.denominator() / 1000.0;
         // A cell of the world has at most one peak. If a cell is as large as the room that a peak needs, there is room
         // for all peaks.
@@ -73,7 +73,7 @@ impl Summits {
             let blocks = Memory::within(REMEMBERED, world.budget());
             FromAfar { world: world.at_stride(stride), climb, blocks }
         });
-        Summits { world, afar }
+        PeakSource { world, afar }
     }
 
     /// Returns all peaks in an area of pixels that there is room for.

@@ -9,8 +9,8 @@ use crate::clock::Clock;
 use crate::device::LandMaker;
 use crate::geometry::length;
 use crate::grid::Grid;
-use crate::map::rows::weigh;
 use crate::map::scale::Scale;
+use crate::map::weighted_sums::weigh;
 use crate::memory::{Memory, heap_bytes};
 use crate::tile::TilePlan;
 use crate::world::World;
@@ -32,24 +32,24 @@ const LOOKS_AT_ONCE: usize = 4;
 
 /// The land of a world for maps of one scale. A pixel is the same whatever area is asked for.
 #[derive(Debug)]
-pub(super) struct Terrain {
+pub(super) struct MapTerrain {
     /// The world at the nodes of the scale's stride; its tiles are the patches.
     world: Arc<World>,
     /// Makes the world's land.
     maker: Arc<dyn LandMaker>,
     scale: Scale,
-    patches: Memory<TileId, Patch>,
+    patches: Memory<TileId, TerrainPatch>,
 }
 
 /// The nodes of a tile without those of its eastern and southern edges, row by row.
 #[derive(Debug)]
-struct Patch {
+struct TerrainPatch {
     heights: Vec<f32>,
     ground: Vec<u32>,
     cover: Vec<u32>,
 }
 
-heap_bytes!(Patch: heights, ground, cover);
+heap_bytes!(TerrainPatch: heights, ground, cover);
 
 /// Land at nodes.
 pub(super) struct Nodes {
@@ -59,7 +59,7 @@ pub(super) struct Nodes {
     pub cover: Grid<u32>,
 }
 
-impl Terrain {
+impl MapTerrain {
     /// Cells per side of the tiles in which land is made. The larger the tiles, the less land is made twice.
     pub const TILE_CELLS: u32 = 256;
 
@@ -71,9 +71,9 @@ impl Terrain {
     }
 
     /// Creates the land of a world that has the stride of the scale. `maker` makes it tile by tile.
-    pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> Terrain {
+    pub fn new(world: Arc<World>, maker: Arc<dyn LandMaker>, scale: Scale) -> MapTerrain {
         let patches = Memory::within(REMEMBERED, world.budget());
-        Terrain { world, maker, scale, patches }
+        MapTerrain { world, maker, scale, patches }
     }
 
     /// The world at the nodes of the land.
@@ -125,7 +125,7 @@ impl Terrain {
     /// Returns the land at all nodes that the pixels of an area depend on.
     pub fn nodes(&self, pixels: Area) -> Nodes {
         let [x, y] = [(pixels.x0, pixels.x1), (pixels.y0, pixels.y1)].map(|(from, to)| {
-            let ends = [from, to - 1].map(|pixel| Spline::at(pixel, self.nodes_per_pixel()).first);
+            let ends = [from, to - 1].map(|pixel| BSpline::at(pixel, self.nodes_per_pixel()).first);
             (ends[0], ends[1] + 4)
         });
         let area = Area { x0: x.0, y0: y.0, x1: x.1, y1: y.1 };
@@ -153,12 +153,12 @@ impl Terrain {
         Area::new(id.x * side, id.y * side, side as usize, side as usize)
     }
 
-    fn patch(&self, id: TileId) -> Arc<Patch> {
+    fn patch(&self, id: TileId) -> Arc<TerrainPatch> {
         self.patches.get(id, || {
             let plan = TilePlan::without_lines(&self.world, id);
             let tile = self.maker.tiles(&self.world, vec![plan], &Clock::default()).remove(0);
             let area = self.own(id);
-            Patch {
+            TerrainPatch {
                 heights: tile.heights().part(area).values().to_vec(),
                 ground: tile.blend().ground().part(area).values().to_vec(),
                 cover: tile.blend().cover().part(area).values().to_vec(),
@@ -166,15 +166,15 @@ impl Terrain {
         })
     }
 
-    /// Interpolates values at the pixels of an area from values at [its nodes](Terrain::nodes). The surface is smooth
+    /// Interpolates values at the pixels of an area from values at [its nodes](MapTerrain::nodes). The surface is smooth
     /// and passes near the nodes, not through them.
     pub fn at_pixels(&self, nodes: &Grid<f32>, pixels: Area) -> Grid<f32> {
         let area = nodes.area();
-        let columns: Vec<Spline> = (pixels.x0..pixels.x1).map(|x| Spline::at(x, self.nodes_per_pixel())).collect();
+        let columns: Vec<BSpline> = (pixels.x0..pixels.x1).map(|x| BSpline::at(x, self.nodes_per_pixel())).collect();
         let mut values = Grid::filled(pixels, 0.0);
         let mut row = vec![0.0; area.width()];
         for y in pixels.y0..pixels.y1 {
-            let spline = Spline::at(y, self.nodes_per_pixel());
+            let spline = BSpline::at(y, self.nodes_per_pixel());
             let rows = [0, 1, 2, 3].map(|index| nodes.row(spline.first + index, area.x0, area.x1));
             weigh(rows, spline.weights, &mut row);
             for (value, column) in values.row_mut(y, pixels.x0, pixels.x1).iter_mut().zip(&columns) {
@@ -194,13 +194,13 @@ const LEAST_SHARE: f32 = 1e-5;
 
 /// The first of the four nodes that the value at a pixel's centre is made of, and the weights of the four: a cubic
 /// B-spline, which has no creases that light would show.
-struct Spline {
+struct BSpline {
     first: i64,
     weights: [f32; 4],
 }
 
-impl Spline {
-    fn at(pixel: i64, nodes_per_pixel: f64) -> Spline {
+impl BSpline {
+    fn at(pixel: i64, nodes_per_pixel: f64) -> BSpline {
         let at = (pixel as f64 + 0.5) * nodes_per_pixel;
         let floor = at.floor();
         let t = (at - floor) as f32;
@@ -209,6 +209,6 @@ impl Spline {
         let near = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) * sixth;
         // A tiny weight times a value could be a subnormal number, which GPUs flush to zero.
         let far = |t: f32| if t < LEAST_SHARE { 0.0 } else { t * t * t * sixth };
-        Spline { first: floor as i64 - 1, weights: [far(u), near(t), near(u), far(t)] }
+        BSpline { first: floor as i64 - 1, weights: [far(u), near(t), near(u), far(t)] }
     }
 }

@@ -66,7 +66,7 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
     let size_px = f64::from(size_px);
     let mut glyphs: Vec<ShapedGlyph> = Vec::with_capacity(text.len());
     let mut pen = 0.0;
-    for Run { range, direction, font } in runs(text, typeface) {
+    for TextRun { range, direction, font } in runs(text, typeface) {
         let scale = size_px / f64::from(font.metrics().units_per_em);
         let shaper = ShaperFont::new(font.shaper());
         let buffer = glyphs_of(&text[range.clone()], direction, &shaper, spacing_em > 0.0);
@@ -116,22 +116,22 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
 }
 
 /// A part of a text that is read in one direction and set in one font.
-struct Run {
+struct TextRun {
     range: Range<usize>,
     direction: Direction,
     font: Font,
 }
 
 /// Splits a text into runs, in the order in which they stand from left to right.
-fn runs(text: &str, typeface: Typeface) -> Vec<Run> {
+fn runs(text: &str, typeface: Typeface) -> Vec<TextRun> {
     let mut runs = Vec::new();
     for (part, direction) in directed(text) {
         let first = runs.len();
         for (at, letter) in text[part.clone()].char_indices().map(|(at, letter)| (part.start + at, letter)) {
             let end = at + letter.len_utf8();
             match runs[first..].last_mut() {
-                Some(Run { range, font, .. }) if goes_on(*font, letter, typeface) => range.end = end,
-                _ => runs.push(Run { range: at..end, direction, font: typeface.font_of(letter) }),
+                Some(TextRun { range, font, .. }) if goes_on(*font, letter, typeface) => range.end = end,
+                _ => runs.push(TextRun { range: at..end, direction, font: typeface.font_of(letter) }),
             }
         }
         if direction == Direction::RightToLeft {
@@ -254,8 +254,8 @@ impl Shaped {
     /// Returns `None` where the text would begin before the line or end after it, or where the line bends too much for
     /// the text. Otherwise the text is set, upside down if the line leads to the west.
     pub fn along(&self, line: &[DVec2], start: f64, lift: f64) -> Option<Placed> {
-        let course = Course::new(line)?;
-        if start < 0.0 || start + self.width > course.length() {
+        let measured = MeasuredLine::new(line)?;
+        if start < 0.0 || start + self.width > measured.length() {
             return None;
         }
         let mut placed = self.nowhere();
@@ -265,8 +265,8 @@ impl Shaped {
             let middle = start + pen + half;
             // Measure the direction over at least half the font size; otherwise narrow letters would turn with every
             // little bend.
-            let along = course.way(middle, half.max(0.25 * self.size_px))?;
-            placed.push(letter, pen, course.place(middle) - along * half - along.perp() * lift, along);
+            let along = measured.way(middle, half.max(0.25 * self.size_px))?;
+            placed.push(letter, pen, measured.place(middle) - along * half - along.perp() * lift, along);
         }
         placed.bends_little().then_some(placed)
     }
@@ -343,7 +343,7 @@ impl Placed {
     pub fn path(&self, origin: [i64; 2]) -> Option<Path> {
         let mut builder = PathBuilder::new();
         for PlacedGlyph { id, font, at, along, .. } in &self.glyphs {
-            let mut pen = Pen {
+            let mut pen = GlyphPen {
                 builder: &mut builder,
                 scale: self.size_px / f64::from(font.metrics().units_per_em),
                 at: *at,
@@ -368,7 +368,7 @@ const STEPS: f64 = 256.0;
 const CURVE_ERROR_PX: f64 = 0.02;
 
 /// Moves an outline from units of the font, in which y points up, to its place on the map.
-struct Pen<'a> {
+struct GlyphPen<'a> {
     builder: &'a mut PathBuilder,
     scale: f64,
     at: DVec2,
@@ -378,7 +378,7 @@ struct Pen<'a> {
     last: DVec2,
 }
 
-impl Pen<'_> {
+impl GlyphPen<'_> {
     /// Returns the point on the map, relative to the origin, for a point in units of the font.
     fn map(&self, at: DVec2) -> Vec2 {
         let at = self.at + (dvec2(at.x, -at.y) * self.scale).rotate(self.along);
@@ -399,7 +399,7 @@ impl Pen<'_> {
     }
 }
 
-impl OutlinePen for Pen<'_> {
+impl OutlinePen for GlyphPen<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
         let to = self.go(x, y);
         self.builder.move_to(to.x, to.y);
@@ -453,7 +453,7 @@ fn quadratics(cubic: [DVec2; 4], error: f64) -> impl Iterator<Item = [DVec2; 2]>
 }
 
 /// A polyline with the distance along it to each of its points.
-pub(super) struct Course<'a> {
+pub(super) struct MeasuredLine<'a> {
     line: &'a [DVec2],
     come: Vec<f64>,
 }
@@ -463,11 +463,11 @@ pub(super) fn length(line: &[DVec2]) -> f64 {
     line.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
 }
 
-impl Course<'_> {
+impl MeasuredLine<'_> {
     /// Returns `None` for a line of fewer than two points or of no length.
-    pub fn new(line: &[DVec2]) -> Option<Course<'_>> {
+    pub fn new(line: &[DVec2]) -> Option<MeasuredLine<'_>> {
         let come = come(line.windows(2).map(|pair| pair[0].distance(pair[1])));
-        (line.len() > 1 && come[line.len() - 1] > 0.0).then_some(Course { line, come })
+        (line.len() > 1 && come[line.len() - 1] > 0.0).then_some(MeasuredLine { line, come })
     }
 
     /// The length of the line.

@@ -1,6 +1,6 @@
 //! Hypsometric tints: colours by height and by depth.
 
-use crate::map::style::{Stop as StyleStop, TintStyle};
+use crate::map::style::{Stop, TintStyle};
 use crate::world::World;
 
 /// Entries of a colour table: four per level of a channel's 256. As `f32` they take 12 KiB, which fits into a
@@ -20,7 +20,7 @@ pub(super) struct Tints {
 impl Tints {
     /// Creates the colours of a style for a world.
     pub fn new(style: &TintStyle, world: &World) -> Tints {
-        let stops = |stops: &[StyleStop]| -> Vec<Stop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
+        let stops = |stops: &[Stop]| -> Vec<TintStop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
         let mut tints = Tints::of_stops(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
         if style.depth_steps > 0 {
             // Each step has one colour, that of its middle.
@@ -41,7 +41,7 @@ impl Tints {
     ///
     /// Without a range in the preset, land colours run from the sea level (or the lowest height) to the highest height
     /// that the world can have.
-    fn of_stops(world: &World, land: &[Stop], sea: &[Stop]) -> Tints {
+    fn of_stops(world: &World, land: &[TintStop], sea: &[TintStop]) -> Tints {
         let preset = world.preset();
         let (lowest_m, highest_m) = world.height_range_m();
         let sea_level_m = preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32);
@@ -80,10 +80,10 @@ fn step(position: f32) -> usize {
 }
 
 /// A colour at a position on the scale, 0 to 1.
-type Stop = (f32, [u8; 3]);
+type TintStop = (f32, [u8; 3]);
 
 /// Makes a table of colours between stops, interpolated in OKLab, where equal steps look equal.
-fn table(stops: &[Stop]) -> Vec<[f32; 3]> {
+fn table(stops: &[TintStop]) -> Vec<[f32; 3]> {
     let stops: Vec<(f32, [f32; 3])> = stops.iter().map(|(at, colour)| (*at, oklab(*colour))).collect();
     let colour = |index: usize| {
         let at = index as f32 / (STEPS - 1) as f32;

@@ -7,7 +7,7 @@
 //! Edge `3 t + i` goes from corner `i` of triangle `t` to the next corner, counter-clockwise. Its twin is the same edge
 //! in the triangle on the other side.
 
-use super::steps::Steps;
+use super::height_steps::HeightSteps;
 
 /// The twin of an edge on the border, where there is no triangle on the other side.
 pub const NONE: u32 = u32::MAX;
@@ -31,7 +31,7 @@ pub struct Delaunay {
 
 impl Delaunay {
     /// Creates the square of all steps, as two triangles.
-    pub fn new(steps: &Steps) -> Delaunay {
+    pub fn new(steps: &HeightSteps) -> Delaunay {
         let last = steps.side() as u32 - 1;
         let corners = [[0, 0], [0, last], [last, last], [last, 0]];
         Delaunay {
@@ -84,7 +84,7 @@ impl Delaunay {
     ///
     /// # Panics
     /// If there is a vertex at this place already.
-    pub fn insert(&mut self, steps: &Steps, at: [u32; 2], triangle: u32) {
+    pub fn insert(&mut self, steps: &HeightSteps, at: [u32; 2], triangle: u32) {
         let new = vertex(steps, at);
         let [a, b, c] = self.corners(triangle);
         let areas = [doubled_area(a, b, new), doubled_area(b, c, new), doubled_area(c, a, new)];
@@ -191,7 +191,7 @@ struct HalfEdge {
     twin: u32,
 }
 
-fn vertex(steps: &Steps, [x, y]: [u32; 2]) -> GridPoint {
+fn vertex(steps: &HeightSteps, [x, y]: [u32; 2]) -> GridPoint {
     GridPoint { x: x as i32, y: y as i32, z: steps.at([x, y]) }
 }
 

@@ -2,20 +2,20 @@
 
 use std::collections::HashMap;
 
-use super::footprint::{RoadPiece, Squares};
-use super::polygon::{Place, UNITS, bounds, common, doubled_area, overlap};
+use super::footprint::{RoadPolygon, Squares};
+use super::polygon::{TilePoint, UNITS, bounds, common, doubled_area, overlap};
 use super::ribbon::{Ribbon, RibbonKind, RibbonVertex};
 use super::{Ground, PARTS};
 
 /// A triangle of the ground.
 struct Slope {
-    corners: [Place; 3],
+    corners: [TilePoint; 3],
     heights_m: [f64; 3],
 }
 
 impl Slope {
     /// Returns the height in metres at a place.
-    fn height_m(&self, place: Place) -> f64 {
+    fn height_m(&self, place: TilePoint) -> f64 {
         let [a, b, c] = self.corners;
         let shares = [[place, b, c], [a, place, c], [a, b, place]].map(doubled_area);
         // On an edge use its two corners alone, in a fixed order: so both triangles agree, even if they are in two
@@ -36,9 +36,9 @@ impl Slope {
 }
 
 /// Drapes pieces of roads over the ground: one ribbon, `lift_m` metres above it.
-pub(super) fn draped(pieces: &[RoadPiece<'_>], ground: &Ground, lift_m: f64) -> Ribbon {
+pub(super) fn draped(pieces: &[RoadPolygon<'_>], ground: &Ground, lift_m: f64) -> Ribbon {
     let mut ribbon = Ribbon { kind: RibbonKind::Road, vertices: Vec::new(), triangles: Vec::new() };
-    let mut given: HashMap<(usize, Place), u32> = HashMap::new();
+    let mut given: HashMap<(usize, TilePoint), u32> = HashMap::new();
     for (piece, slope) in touching(pieces, ground) {
         let outline = common(&piece.outline, &slope.corners);
         let corners: Vec<u32> = outline
@@ -62,7 +62,7 @@ pub(super) fn draped(pieces: &[RoadPiece<'_>], ground: &Ground, lift_m: f64) -> 
 }
 
 /// Pairs each piece with each triangle of the ground below it, in the order of the pieces.
-fn touching<'a>(pieces: &'a [RoadPiece<'a>], ground: &Ground) -> Vec<(&'a RoadPiece<'a>, Slope)> {
+fn touching<'a>(pieces: &'a [RoadPolygon<'a>], ground: &Ground) -> Vec<(&'a RoadPolygon<'a>, Slope)> {
     let mut squares = Squares::new(ground.cells);
     for (number, piece) in pieces.iter().enumerate() {
         squares.put(number, bounds(&piece.outline));

@@ -13,7 +13,7 @@ pub struct Facet(pub [[i32; 2]; 3]);
 /// the same all over the triangle, and at most 2^40 as long as a tile has no more than [`MAX_CELLS`](super::MAX_CELLS)
 /// cells a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
+pub struct RowSpan {
     /// Row of all vertices of the span.
     pub row: usize,
     /// Column of the first vertex.
@@ -37,7 +37,7 @@ impl Facet {
     /// triangles of both sides.
     ///
     /// This looks at half as many vertices as testing each one of the bounding box.
-    pub fn spans(self) -> impl Iterator<Item = Span> {
+    pub fn spans(self) -> impl Iterator<Item = RowSpan> {
         let [a, b, c] = self.0;
         // Columns and rows of the raster, whose vertices are whole cells apart.
         let range = |axis: usize| {
@@ -68,7 +68,7 @@ impl Facet {
             shares = [0, 1, 2].map(|corner| shares[corner] + growth_down[corner]);
             let count = usize::try_from(last - first + 1).ok().filter(|count| *count > 0)?;
             let column = (i64::from(west) + first) as usize;
-            Some(Span { row: row as usize, column, count, shares: at_first, growth })
+            Some(RowSpan { row: row as usize, column, count, shares: at_first, growth })
         })
     }
 }
@@ -98,7 +98,7 @@ mod tests {
     }
 
     /// Returns each vertex of a span with its shares.
-    fn vertices(span: Span) -> impl Iterator<Item = ([i32; 2], [i64; 3])> {
+    fn vertices(span: RowSpan) -> impl Iterator<Item = ([i32; 2], [i64; 3])> {
         (0..span.count as i32).map(move |offset| {
             let shares = [0, 1, 2].map(|corner| span.shares[corner] + span.growth[corner] * i64::from(offset));
             ([span.column as i32 + offset, span.row as i32], shares)

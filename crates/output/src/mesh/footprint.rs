@@ -1,11 +1,11 @@
 //! Roads on the ground in plan: strips, and round joins where several roads end, without any overlap.
 
-use super::polygon::{Place, UNITS, bounds, doubled_area, overlap, without};
+use super::polygon::{TilePoint, UNITS, bounds, doubled_area, overlap, without};
 
 /// A vertex of a road's surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoadCorner {
-    pub place: Place,
+    pub place: TilePoint,
     /// Unit normal: east, up, south.
     pub normal: [f32; 3],
     /// Texture coordinates: across the road from 0 at the left to 1 at the right, and along it, growing by 1 per road
@@ -18,16 +18,16 @@ pub(super) struct RoadCorner {
 pub(super) struct RoadPatch {
     /// Number of the road or of the join that the patch belongs to.
     pub road: usize,
-    pub outline: Vec<Place>,
+    pub outline: Vec<TilePoint>,
     /// Three corners from which normals and texture coordinates anywhere on the patch are interpolated.
     pub corners: [RoadCorner; 3],
 }
 
 /// A part of a patch that no road before it overlaps: a convex polygon.
 #[derive(Clone, Debug)]
-pub(super) struct RoadPiece<'a> {
+pub(super) struct RoadPolygon<'a> {
     pub patch: &'a RoadPatch,
-    pub outline: Vec<Place>,
+    pub outline: Vec<TilePoint>,
 }
 
 impl RoadPatch {
@@ -38,7 +38,7 @@ impl RoadPatch {
 
     /// Creates the round join of roads that end at a place, as a road of its own. It is as wide as the widest of the
     /// roads, and fills the gaps between their edges.
-    pub fn join(road: usize, middle: Place, radius: f64) -> RoadPatch {
+    pub fn join(road: usize, middle: TilePoint, radius: f64) -> RoadPatch {
         let corner = |share: [f64; 2]| RoadCorner {
             place: [0, 1].map(|axis| middle[axis] + (share[axis] * radius).round() as i64),
             normal: [0.0, 1.0, 0.0],
@@ -53,7 +53,7 @@ impl RoadPatch {
     }
 
     /// Returns the corner that the patch has at a place, by interpolation.
-    pub fn at(&self, place: Place) -> RoadCorner {
+    pub fn at(&self, place: TilePoint) -> RoadCorner {
         let [a, b, c] = self.corners.map(|corner| corner.place);
         let whole = doubled_area([a, b, c]) as f64;
         let shares = [[place, b, c], [a, place, c], [a, b, place]].map(|part| doubled_area(part) as f64 / whole);
@@ -75,7 +75,7 @@ const SIDES: usize = 12;
 
 /// Returns the parts of the patches on a tile of `cells` cells a side. From each patch, the patches before it are cut
 /// out.
-pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPiece<'_>> {
+pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPolygon<'_>> {
     let side = i64::from(cells) * UNITS;
     let tile = [[0, 0], [0, side], [side, side], [side, 0]];
     let mut squares = Squares::new(cells);
@@ -90,14 +90,14 @@ pub(super) fn footprint(patches: &[RoadPatch], cells: u32) -> Vec<RoadPiece<'_>>
             let mut outlines = vec![patch.outline.clone()];
             for other in above.into_iter().map(|other| &patches[other].outline) {
                 if overlap(&patch.outline, other) {
-                    let left = |outline: Vec<Place>| match overlap(&outline, other) {
+                    let left = |outline: Vec<TilePoint>| match overlap(&outline, other) {
                         true => without(&outline, other),
                         false => vec![outline],
                     };
                     outlines = outlines.into_iter().flat_map(left).collect();
                 }
             }
-            pieces.extend(outlines.into_iter().map(|outline| RoadPiece { patch, outline }));
+            pieces.extend(outlines.into_iter().map(|outline| RoadPolygon { patch, outline }));
         }
         squares.put(number, extent);
     }
@@ -122,7 +122,7 @@ impl Squares {
     }
 
     /// Calls with each square that a rectangle touches.
-    fn for_each_touched(&self, [low, high]: [Place; 2], mut call: impl FnMut(usize)) {
+    fn for_each_touched(&self, [low, high]: [TilePoint; 2], mut call: impl FnMut(usize)) {
         let square = |at: i64| at.div_euclid(Squares::CELLS * UNITS).clamp(0, self.side - 1);
         for row in square(low[1])..=square(high[1]) {
             for column in square(low[0])..=square(high[0]) {
@@ -131,7 +131,7 @@ impl Squares {
         }
     }
 
-    pub fn put(&mut self, number: usize, bounds: [Place; 2]) {
+    pub fn put(&mut self, number: usize, bounds: [TilePoint; 2]) {
         let mut touched = Vec::new();
         self.for_each_touched(bounds, |square| touched.push(square));
         for square in touched {
@@ -140,7 +140,7 @@ impl Squares {
     }
 
     /// Calls with the numbers of all things that may overlap a rectangle, with some of them more than once.
-    pub fn for_each_near(&self, bounds: [Place; 2], mut call: impl FnMut(usize)) {
+    pub fn for_each_near(&self, bounds: [TilePoint; 2], mut call: impl FnMut(usize)) {
         self.for_each_touched(bounds, |square| self.numbers[square].iter().for_each(|number| call(*number)));
     }
 }

@@ -7,16 +7,16 @@ use std::collections::BinaryHeap;
 
 use super::border::chain;
 use super::delaunay::Delaunay;
-use super::steps::Steps;
-use super::worst::Worst;
+use super::furthest_vertex::FurthestVertex;
+use super::height_steps::HeightSteps;
 use crate::stop;
 
 /// Returns the triangulation whose triangles are all within `bound` steps of the heights. Its border is the [`chain`]
 /// of each edge for `edge_bound`, which is no wider than `bound`.
-pub fn triangulate(steps: &Steps, bound: f64, edge_bound: f64) -> Delaunay {
+pub fn triangulate(steps: &HeightSteps, bound: f64, edge_bound: f64) -> Delaunay {
     let mut mesh = Delaunay::new(steps);
     insert_border(&mut mesh, steps, edge_bound);
-    let mut queue = Queue { bound, heap: BinaryHeap::new(), needs: Vec::new() };
+    let mut queue = TriangleQueue { bound, heap: BinaryHeap::new(), needs: Vec::new() };
     for triangle in 0..mesh.triangles().len() as u32 {
         queue.update(&mesh, steps, triangle);
     }
@@ -33,7 +33,7 @@ pub fn triangulate(steps: &Steps, bound: f64, edge_bound: f64) -> Delaunay {
 }
 
 /// Inserts the kept vertices of the four edges.
-fn insert_border(mesh: &mut Delaunay, steps: &Steps, bound: f64) {
+fn insert_border(mesh: &mut Delaunay, steps: &HeightSteps, bound: f64) {
     let side = steps.side();
     let last = side as u32 - 1;
     let column = |x: usize| steps.values().iter().skip(x).step_by(side).copied().collect::<Vec<_>>();
@@ -60,7 +60,7 @@ fn insert_border(mesh: &mut Delaunay, steps: &Steps, bound: f64) {
 }
 
 /// The queue of triangles that are too far from the heights.
-struct Queue {
+struct TriangleQueue {
     bound: f64,
     /// Pairs of a need and a triangle; some of the needs are outdated.
     heap: BinaryHeap<(u64, u32)>,
@@ -68,10 +68,10 @@ struct Queue {
     needs: Vec<u64>,
 }
 
-impl Queue {
+impl TriangleQueue {
     /// Computes the need of a triangle that is new or has changed.
-    fn update(&mut self, mesh: &Delaunay, steps: &Steps, triangle: u32) {
-        let worst = Worst::beyond(steps, mesh.corners(triangle), self.bound);
+    fn update(&mut self, mesh: &Delaunay, steps: &HeightSteps, triangle: u32) {
+        let worst = FurthestVertex::beyond(steps, mesh.corners(triangle), self.bound);
         // The number of triangles only grows.
         if self.needs.len() <= triangle as usize {
             self.needs.resize(triangle as usize + 1, 0);
@@ -98,7 +98,7 @@ impl Queue {
 }
 
 /// Returns a number that orders by distance, and at equal distance by vertex, the first one being greatest. Never zero.
-fn need(worst: Worst) -> u64 {
+fn need(worst: FurthestVertex) -> u64 {
     let distance = (worst.scaled / worst.doubled_area) as f32;
     // The bits of positive floats sort like the floats. Indices are inverted, because the greatest number goes first.
     (distance.to_bits() as u64) << 32 | !worst.index as u64

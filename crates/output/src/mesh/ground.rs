@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, Triangulation};
 
-use super::cells;
 use super::constrained::{CutVertex, EdgedTriangulation, constrained};
+use super::cut_cells;
 use super::waterline::Waterlines;
 use super::{Facet, Surface};
 use crate::area::Area;
@@ -58,7 +58,7 @@ impl Ground {
         waters: &Waterlines,
         bound_m: Option<f64>,
     ) -> Ground {
-        let Some(bound_m) = bound_m else { return cells::cut(surface, heights, area, waters) };
+        let Some(bound_m) = bound_m else { return cut_cells::cut(surface, heights, area, waters) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
         // Drop vertices so near to a shore that they would make slivers, but not on the tile's edge, or neighbours
@@ -104,14 +104,14 @@ fn height(heights: &Grid<f32>, area: Area, [column, row]: [u32; 2]) -> f32 {
     heights.at(area.x0 + i64::from(column), area.y0 + i64::from(row))
 }
 
-type Face<'a> = FaceHandle<'a, InnerTag, CutVertex<f32>, (), CdtEdge<()>, ()>;
+type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex<f32>, (), CdtEdge<()>, ()>;
 
 /// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
 /// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
 /// surface's.
 fn refine(cut: &mut EdgedTriangulation<f32>, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
     // Keep faces by their corners, since face numbers change.
-    let corners = |face: Face| face.vertices().map(|vertex| *vertex.data());
+    let corners = |face: CutFace| face.vertices().map(|vertex| *vertex.data());
     let mut open: Vec<[CutVertex<f32>; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
         stop::check();

@@ -1,49 +1,49 @@
 //! A tile as triangles: its ground, complete or simplified within a bound, its waters and its roads.
 //!
 //! ```text
-//!   steps.rs      heights in metres -> whole steps: every comparison below is exact
-//!   border.rs     a row of heights -> the vertices kept on an edge, the same for both tiles that share the edge
-//!   delaunay.rs   vertices, one by one -> triangles
-//!   worst.rs      triangle, heights -> the vertex that is furthest from the triangle
-//!   greedy.rs     heights, bound -> border, then the vertex furthest from the surface, again and again
-//!   waterline.rs  rivers, water levels -> banks and shores         water.rs   banks and shores -> flat sheets
-//!   ground.rs     surface, banks and shores -> the ground          cells.rs   the same with every vertex
+//!   height_steps.rs     heights in metres -> whole steps: every comparison below is exact
+//!   border.rs           a row of heights -> the vertices kept on an edge, the same for both tiles that share the edge
+//!   delaunay.rs         vertices, one by one -> triangles
+//!   furthest_vertex.rs  triangle, heights -> the vertex that is furthest from the triangle
+//!   greedy.rs           heights, bound -> border, then the vertex furthest from the surface, again and again
+//!   waterline.rs        rivers, water levels -> banks and shores     water.rs   banks and shores -> flat sheets
+//!   ground.rs           surface, banks and shores -> the ground      cut_cells.rs   the same with every vertex
 //!   constrained.rs  triangulations with given edges, for these
-//!   facet.rs      triangle -> the vertices of the raster in it, in spans of rows
-//!   ribbon.rs     roads -> strips, decks
-//!   footprint.rs  strips, ends of roads -> roads in plan without overlaps      polygon.rs   convex polygons for that
-//!   drape.rs      roads in plan, ground -> roads on the ground
-//!   frame.rs      the origin of meshes, and the step that positions are multiples of
+//!   facet.rs            triangle -> the vertices of the raster in it, in spans of rows
+//!   ribbon.rs           roads -> strips, decks
+//!   footprint.rs        strips, ends of roads -> roads in plan without overlaps     polygon.rs   convex polygons
+//!   drape.rs            roads in plan, ground -> roads on the ground
+//!   frame.rs            the origin of meshes, and the step that positions are multiples of
 //! ```
 
 mod border;
-mod cells;
+mod cut_cells;
 mod constrained;
 mod delaunay;
 mod drape;
 mod facet;
 mod footprint;
 mod frame;
+mod furthest_vertex;
 mod greedy;
 mod ground;
+mod height_steps;
 mod polygon;
 mod ribbon;
-mod steps;
 mod water;
 mod waterline;
-mod worst;
 
-pub use facet::{Facet, Span};
+pub use facet::{Facet, RowSpan};
 pub use frame::{Frame, default_origin, middle};
 pub use ground::{Ground, GroundVertex, PARTS};
+pub use height_steps::{MAX_CELLS, MAX_HEIGHT_M};
 pub use ribbon::{Ribbon, RibbonKind, RibbonVertex, ribbons, roads_near};
-pub use steps::{MAX_CELLS, MAX_HEIGHT_M};
-pub use water::{Sheet, sheets};
+pub use water::{WaterSheet, sheets};
 pub use waterline::{WaterPoint, Waterline, Waterlines};
 
 use crate::area::Area;
 use crate::grid::Grid;
-use steps::{Steps, whole_steps};
+use height_steps::{HeightSteps, whole_steps};
 
 /// A tile's terrain as triangles over some of its vertices.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Surface {
     pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64, edge_m: Option<f64>) -> Surface {
         let edge_m = edge_m.unwrap_or(bound_m).min(bound_m);
         assert!(!bound_m.is_nan() && !edge_m.is_nan(), "a bound is a number of metres");
-        let steps = Steps::new(heights, area);
+        let steps = HeightSteps::new(heights, area);
         let cells = steps.side() as u32 - 1;
         let Some(bound) = whole_steps(bound_m) else {
             return Surface::full(cells);

@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::Ground;
 use super::drape::draped;
 use super::footprint::{RoadCorner, RoadPatch, footprint};
-use super::polygon::{Place, UNITS, bounds, doubled_area};
+use super::polygon::{TilePoint, UNITS, bounds, doubled_area};
 use crate::area::Area;
 use crate::geometry::{come, furthest, simplified};
 use crate::lines::{Line, LineKind, LinePoint, Lines, StructureKind};
@@ -76,7 +76,7 @@ enum Base {
 /// A point of a line, with the half width and the height of the road.
 #[derive(Clone, Copy)]
 struct RibbonPoint {
-    place: Place,
+    place: TilePoint,
     half_width_m: f64,
     height_m: f64,
 }
@@ -103,7 +103,7 @@ fn in_cells(units: i64) -> f64 {
 }
 
 /// Returns the vector from one place to another, in cells.
-fn cells_between(from: Place, to: Place) -> DVec2 {
+fn cells_between(from: TilePoint, to: TilePoint) -> DVec2 {
     [0, 1].map(|axis| in_cells(to[axis] - from[axis])).into()
 }
 
@@ -147,7 +147,7 @@ pub fn ribbons(area: &Area, roads: &[Arc<Line>], ground: &Ground, tolerance: f64
 
 /// Returns the round joins where several roads end at one place. `ends` are the ends of all roads with their half
 /// widths; the joins are numbered from `first` on.
-fn joins(mut ends: Vec<(Place, i64)>, first: usize) -> Vec<RoadPatch> {
+fn joins(mut ends: Vec<(TilePoint, i64)>, first: usize) -> Vec<RoadPatch> {
     ends.sort_unstable();
     let places = ends.chunk_by(|a, b| a.0 == b.0).filter(|ends| ends.len() > 1);
     // The ends are sorted, so the widest is the last.
@@ -160,7 +160,7 @@ struct RibbonBuilder<'a> {
     /// Patches of roads on the ground, beginning with the road of the highest rank.
     strips: Vec<RoadPatch>,
     /// Places where roads end on the ground, and their half widths there in units.
-    ends: Vec<(Place, i64)>,
+    ends: Vec<(TilePoint, i64)>,
     all: Vec<Ribbon>,
 }
 
@@ -218,7 +218,7 @@ impl RibbonBuilder<'_> {
             if (0..2).any(|axis| high[axis] < -around || low[axis] > side + around) {
                 continue;
             }
-            let corner = |section: &Section, place: Place, across: f32| RoadCorner {
+            let corner = |section: &Section, place: TilePoint, across: f32| RoadCorner {
                 place,
                 normal: section.up,
                 texture: [across, section.along],
@@ -261,7 +261,7 @@ impl RibbonBuilder<'_> {
         // Distance of a section from the ribbon without it, in units of the tolerance.
         let miss = |first: &Section, at: &Section, last: &Section| {
             let share = (at.come - first.come) / (last.come - first.come).max(1e-6);
-            let aside = |corner: fn(&Section) -> Place| {
+            let aside = |corner: fn(&Section) -> TilePoint| {
                 let way = |to: &Section| cells_between(corner(first), corner(to));
                 (way(at) - way(last) * share).length()
             };
@@ -302,9 +302,9 @@ fn bases(carriers: &[Option<StructureKind>], along: &[f64]) -> Vec<Option<Base>>
 /// Left and right are as seen along the line.
 #[derive(Clone, Copy)]
 struct Section {
-    place: Place,
-    left: Place,
-    right: Place,
+    place: TilePoint,
+    left: TilePoint,
+    right: TilePoint,
     /// Distance in units from the middle to an edge.
     half_width: i64,
     height_m: f64,
@@ -348,23 +348,23 @@ impl Section {
         self.height_m - (DECK_M.0 + DECK_M.1 * self.width_m)
     }
 
-    fn vertex(&self, corner: Corner, normal: [f32; 3], across: f32) -> RibbonVertex {
+    fn vertex(&self, corner: SectionCorner, normal: [f32; 3], across: f32) -> RibbonVertex {
         let (place, height_m) = corner(self);
         RibbonVertex { place: place.map(in_cells), height_m, normal, texture: [across, self.along] }
     }
 }
 
 /// A corner of a section: returns its place, and its height in metres.
-type Corner = fn(&Section) -> (Place, f64);
+type SectionCorner = fn(&Section) -> (TilePoint, f64);
 
-const LEFT_TOP: Corner = |section| (section.left, section.height_m);
-const RIGHT_TOP: Corner = |section| (section.right, section.height_m);
-const LEFT_LOW: Corner = |section| (section.left, section.low_m());
-const RIGHT_LOW: Corner = |section| (section.right, section.low_m());
+const LEFT_TOP: SectionCorner = |section| (section.left, section.height_m);
+const RIGHT_TOP: SectionCorner = |section| (section.right, section.height_m);
+const LEFT_LOW: SectionCorner = |section| (section.left, section.low_m());
+const RIGHT_LOW: SectionCorner = |section| (section.right, section.low_m());
 
 impl Ribbon {
     /// Adds a face along the sections, between two of their corners.
-    fn add_face(&mut self, sections: &[Section], corners: [Corner; 2], normal: impl Fn(&Section) -> [f32; 3]) {
+    fn add_face(&mut self, sections: &[Section], corners: [SectionCorner; 2], normal: impl Fn(&Section) -> [f32; 3]) {
         let first = self.vertices.len() as u32;
         for section in sections {
             for (across, corner) in [0.0, 1.0].into_iter().zip(corners) {

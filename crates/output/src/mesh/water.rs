@@ -12,7 +12,7 @@ use crate::land::WaterKind;
 
 /// The surface of the water of one kind on a tile.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sheet {
+pub struct WaterSheet {
     /// River, lake or sea.
     pub kind: WaterKind,
     /// Vertices: [parts](PARTS) of a cell east and south of the tile's north-western corner, and height in metres.
@@ -23,7 +23,7 @@ pub struct Sheet {
 
 /// Returns the water surfaces of a tile, of rivers, lakes and the sea, as far as there are any. On the tile's edge they
 /// have vertices at its corners and where shores and banks cross it, which the neighbour has too.
-pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
+pub fn sheets(waters: &Waterlines) -> Vec<WaterSheet> {
     let side = waters.cells() as u32;
     let shores: HashMap<[i64; 2], WaterKind> = waters
         .lines()
@@ -52,8 +52,8 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
     let mut edges: Vec<[usize; 2]> = pieces.keys().copied().collect();
     edges.sort_unstable();
     let surface = constrained(places, edges.into_iter());
-    let mut sheets: Vec<Sheet> = [WaterKind::River, WaterKind::Lake, WaterKind::Sea]
-        .map(|kind| Sheet { kind, vertices: Vec::new(), triangles: Vec::new() })
+    let mut sheets: Vec<WaterSheet> = [WaterKind::River, WaterKind::Lake, WaterKind::Sea]
+        .map(|kind| WaterSheet { kind, vertices: Vec::new(), triangles: Vec::new() })
         .into();
     let mut given: Vec<HashMap<usize, u32>> = vec![HashMap::new(); sheets.len()];
     for face in surface.inner_faces() {
@@ -80,7 +80,7 @@ pub fn sheets(waters: &Waterlines) -> Vec<Sheet> {
         let own = corners.map(|corner| surface.vertex(corner).data().is).into_iter().filter(|(own, _)| *own == kind);
         let still_m = own.map(|(_, level_m)| level_m).reduce(f32::max);
         let still_m = still_m.or_else(|| waters.standing_level_m(middle)).unwrap_or(0.0);
-        let Sheet { vertices, triangles, .. } = &mut sheets[sheet];
+        let WaterSheet { vertices, triangles, .. } = &mut sheets[sheet];
         let [a, b, c] = corners.map(|corner| {
             *given[sheet].entry(corner.index()).or_insert_with(|| {
                 let CutVertex { place, is: (own, level_m) } = *surface.vertex(corner).data();

@@ -83,7 +83,7 @@ pub struct Waterlines {
     lines: Vec<Waterline>,
     /// Points of the rivers' centre lines, with the ground below them.
     beds: Vec<WaterPoint>,
-    courses: Vec<Course>,
+    courses: Vec<CentreLine>,
     reaches: Reaches,
     standing: Standing,
     /// Water level at each vertex of the tile that a river covers, by column and row.
@@ -92,12 +92,12 @@ pub struct Waterlines {
 
 /// A river: its centre line, in parts of a cell from the tile's corner.
 #[derive(Debug)]
-struct Course {
-    points: Vec<CoursePoint>,
+struct CentreLine {
+    points: Vec<CentrePoint>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct CoursePoint {
+struct CentrePoint {
     place: [i64; 2],
     /// Distance in parts of a cell from the centre line to a bank.
     half: f64,
@@ -111,14 +111,14 @@ struct Reaches {
     /// Number of squares per side.
     side: usize,
     /// Pieces in each square, row by row, in the order of the rivers.
-    squares: Vec<Vec<(usize, [CoursePoint; 2])>>,
+    squares: Vec<Vec<(usize, [CentrePoint; 2])>>,
 }
 
 impl Reaches {
     /// Cells per side of a square.
     const SQUARE: usize = 16;
 
-    fn new(courses: &[Course], cells: usize) -> Reaches {
+    fn new(courses: &[CentreLine], cells: usize) -> Reaches {
         let side = cells.div_ceil(Reaches::SQUARE);
         let mut squares = vec![Vec::new(); side * side];
         let square = Reaches::SQUARE as f64 * CELL;
@@ -141,7 +141,7 @@ impl Reaches {
         Reaches { side, squares }
     }
 
-    fn around(&self, place: [f64; 2]) -> &[(usize, [CoursePoint; 2])] {
+    fn around(&self, place: [f64; 2]) -> &[(usize, [CentrePoint; 2])] {
         let at = |at: f64| ((at / (Reaches::SQUARE as f64 * CELL)) as usize).min(self.side - 1);
         &self.squares[at(place[1]) * self.side + at(place[0])]
     }
@@ -164,7 +164,8 @@ impl Waterlines {
         let area = tile.area();
         let near = area.padded(AROUND);
         let lines = world.lines_through(LineKind::River, &near);
-        let courses: Vec<Course> = lines.iter().map(|line| Course::new(line, &area, tolerance, grain)).collect();
+        let courses: Vec<CentreLine> =
+            lines.iter().map(|line| CentreLine::new(line, &area, tolerance, grain)).collect();
         let standing = Standing::new(world, tile, &courses);
         if courses.is_empty() && standing.wet.iter().all(Option::is_none) {
             return None;
@@ -282,7 +283,7 @@ impl Waterlines {
     /// Finds the vertices that rivers cover.
     fn cover(&mut self) {
         let mut covered: HashMap<[u32; 2], (f64, f32)> = HashMap::new();
-        for pair in self.courses.iter().flat_map(Course::pieces) {
+        for pair in self.courses.iter().flat_map(CentreLine::pieces) {
             for vertex in vertices_near(pair, 0.0, 0..=self.cells as i64) {
                 let Some((inside, level_m)) = covering(pair, vertex.map(|at| at as f64 * CELL), 1.0, 0.0) else {
                     continue;
@@ -407,7 +408,7 @@ fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -
 
 /// Returns how far inside a piece of a river a place is, in parts, and the level there; `None` outside. The river's
 /// half width is scaled by `share` and reduced by `less` parts.
-fn covering([from, to]: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f64) -> Option<(f64, f32)> {
+fn covering([from, to]: [&CentrePoint; 2], place: [f64; 2], share: f64, less: f64) -> Option<(f64, f32)> {
     let (at, square) = LineSegment::between(from.at(), to.at()).nearest(place);
     let inside = (from.half + (to.half - from.half) * at) * share - less - square.sqrt();
     (inside > 0.0).then_some((inside, from.level_m + (to.level_m - from.level_m) * at as f32))
@@ -415,7 +416,7 @@ fn covering([from, to]: [&CoursePoint; 2], place: [f64; 2], share: f64, less: f6
 
 /// Returns the vertices, of those of some numbers along both axes, that a piece of a river may reach, if it is wider by
 /// some parts to each side.
-fn vertices_near(pair: [&CoursePoint; 2], wider: f64, within: RangeInclusive<i64>) -> impl Iterator<Item = [i64; 2]> {
+fn vertices_near(pair: [&CentrePoint; 2], wider: f64, within: RangeInclusive<i64>) -> impl Iterator<Item = [i64; 2]> {
     let reach = pair[0].half.max(pair[1].half) + wider;
     let range = move |axis: usize| {
         let [a, b] = pair.map(|point| point.place[axis]);
@@ -444,24 +445,24 @@ impl WaterPoint {
     }
 }
 
-impl Course {
+impl CentreLine {
     /// Simplifies a river near a tile within the tolerance. The whole river is looked at, so that each tile gets the
     /// same line.
-    fn new(line: &Line, area: &Area, tolerance: f64, grain: i64) -> Course {
+    fn new(line: &Line, area: &Area, tolerance: f64, grain: i64) -> CentreLine {
         let spacing_m = line.spacing_m;
         let point = |point: &LinePoint| {
             let place = line.place_from([area.x0, area.y0], point);
-            CoursePoint {
+            CentrePoint {
                 place: place.map(|at| snapped(at * CELL, grain)),
                 half: point.half_width_m / spacing_m * CELL,
                 level_m: point.level_m as f32,
                 bed_m: (point.floor_m as f32).min(point.level_m as f32 - 4.0 * CLEAR_M),
             }
         };
-        let points: Vec<CoursePoint> = line.points.iter().map(point).collect();
+        let points: Vec<CentrePoint> = line.points.iter().map(point).collect();
         // Leave out points that are closer to a straight line than these tolerances: to the side, in width, and in
         // height. A narrow river may move by half of its half width at most, or by `FINEST`, which is invisible.
-        let narrow = |point: &CoursePoint| (point.half / 2.0).max(FINEST * CELL);
+        let narrow = |point: &CentrePoint| (point.half / 2.0).max(FINEST * CELL);
         let miss_m = (tolerance * spacing_m / 8.0) as f32;
         let split = |first: usize, end: usize| {
             let off = |at: usize| {
@@ -470,17 +471,17 @@ impl Course {
             };
             furthest(first, end, off).filter(|(_, off)| *off > 1.0).map(|(at, _)| at)
         };
-        Course { points: simplified(points.len(), split).into_iter().map(|at| points[at]).collect() }
+        CentreLine { points: simplified(points.len(), split).into_iter().map(|at| points[at]).collect() }
     }
 
-    fn pieces(&self) -> impl Iterator<Item = [&CoursePoint; 2]> {
+    fn pieces(&self) -> impl Iterator<Item = [&CentrePoint; 2]> {
         let last = self.points.len() - 1;
         (0..last.max(1)).map(move |at| [&self.points[at], &self.points[(at + 1).min(last)]])
     }
 
     /// Returns the two banks, or the ring around a round pool.
     fn banks(&self, grain: i64) -> Vec<Vec<WaterPoint>> {
-        let at = |point: &CoursePoint, aside: DVec2| WaterPoint {
+        let at = |point: &CentrePoint, aside: DVec2| WaterPoint {
             place: [0, 1].map(|axis| point.place[axis] + snapped(aside[axis], grain)),
             level_m: point.level_m,
             ground_m: point.level_m - CLEAR_M,
@@ -497,7 +498,7 @@ impl Course {
             let before = &self.points[index.saturating_sub(1)];
             let after = &self.points[(index + 1).min(self.points.len() - 1)];
             let unit = |way: DVec2| way / way.length().max(1e-9);
-            let way = |from: &CoursePoint, to: &CoursePoint| unit(DVec2::from(to.at()) - DVec2::from(from.at()));
+            let way = |from: &CentrePoint, to: &CentrePoint| unit(DVec2::from(to.at()) - DVec2::from(from.at()));
             let aside = unit(way(before, point) + way(point, after)).perp() * point.half;
             left.push(at(point, -aside));
             right.push(at(point, aside));
@@ -511,19 +512,19 @@ impl Course {
     /// Returns the centre line on the river's bed.
     fn bed(&self) -> Vec<WaterPoint> {
         let point =
-            |point: &CoursePoint| WaterPoint { place: point.place, level_m: point.level_m, ground_m: point.bed_m };
+            |point: &CentrePoint| WaterPoint { place: point.place, level_m: point.level_m, ground_m: point.bed_m };
         self.points.iter().map(point).collect()
     }
 }
 
-impl CoursePoint {
+impl CentrePoint {
     /// Returns the place as numbers that are computed with.
     fn at(&self) -> [f64; 2] {
         self.place.map(|at| at as f64)
     }
 
     /// Returns the distance from the line between two points, in width and height too, in units of the tolerances.
-    fn miss(&self, from: &CoursePoint, to: &CoursePoint, miss: f64, miss_m: f32) -> f64 {
+    fn miss(&self, from: &CentrePoint, to: &CentrePoint, miss: f64, miss_m: f32) -> f64 {
         let (at, square) = LineSegment::between(from.at(), to.at()).nearest(self.at());
         let narrow = (self.half - (from.half + (to.half - from.half) * at)).abs();
         let up = (self.level_m - (from.level_m + (to.level_m - from.level_m) * at as f32)).abs();
@@ -532,7 +533,7 @@ impl CoursePoint {
 }
 
 impl Standing {
-    fn new(world: &World, tile: &Tile, courses: &[Course]) -> Standing {
+    fn new(world: &World, tile: &Tile, courses: &[CentreLine]) -> Standing {
         let padded = tile.heights().area();
         // One vertex around the tile is used, even if the tile knows more, so that neighbours agree.
         let area = tile.area().padded(1);
@@ -565,8 +566,8 @@ impl Standing {
     }
 
     /// Removes the raster's water of rivers that have banks of their own. Side arms and oxbow lakes have none and stay.
-    fn leave_out(&mut self, courses: &[Course], tile: Area) {
-        for pair in courses.iter().flat_map(Course::pieces) {
+    fn leave_out(&mut self, courses: &[CentreLine], tile: Area) {
+        for pair in courses.iter().flat_map(CentreLine::pieces) {
             // Reach beyond the banks to the next vertices: the raster's rivers are a little wider and begin a little
             // earlier.
             for [column, row] in vertices_near(pair, BESIDE, -1..=self.area.width() as i64 - 2) {

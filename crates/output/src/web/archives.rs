@@ -4,11 +4,11 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::file::{FileRecord, Finished};
-use crate::web::draft::{Picture, Set};
+use crate::web::block_painter::{Set, TilePicture};
 use crate::web::mbtiles::MbTiles;
 use crate::web::meta::{Described, Meta};
 use crate::web::pmtiles::PmTiles;
-use crate::web::{Choice, EXPORT, Plan};
+use crate::web::{Choice, EXPORT, Pyramid};
 
 /// The archives of a set that are asked for.
 pub(super) struct Archives {
@@ -19,9 +19,9 @@ pub(super) struct Archives {
 
 impl Archives {
     /// Creates the archives that are asked for.
-    pub fn create(folder: &Path, plan: &Plan, meta: &Meta, choice: Choice, set: &Set) -> Result<Archives, Error> {
+    pub fn create(folder: &Path, pyramid: &Pyramid, meta: &Meta, choice: Choice, set: &Set) -> Result<Archives, Error> {
         let stem = format!("{}{}", set.layer, set.mark());
-        let about = |further: u8| Described::new(plan, meta, set.title, set.scale, further);
+        let about = |further: u8| Described::new(pyramid, meta, set.title, set.scale, further);
         let path = |ending: &str| folder.join(format!("{stem}.{ending}"));
         let mbtiles = || MbTiles::create(path("mbtiles"), choice.encoding.ending(), &about(set.further()));
         let pmtiles = || PmTiles::create(path("pmtiles"), choice.encoding, &about(0));
@@ -30,8 +30,8 @@ impl Archives {
     }
 
     /// Adds a picture to the archives.
-    pub fn add(&mut self, picture: &Picture) -> Result<(), Error> {
-        let Picture { place, bytes, hash, quarters, .. } = picture;
+    pub fn add(&mut self, picture: &TilePicture) -> Result<(), Error> {
+        let TilePicture { place, bytes, hash, quarters, .. } = picture;
         if let Some(mbtiles) = &mut self.mbtiles {
             match quarters {
                 Some(quarters) => quarters.iter().try_for_each(|it| mbtiles.add(it.place, &it.hash, &it.bytes))?,

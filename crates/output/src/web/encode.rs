@@ -10,19 +10,19 @@ use image_webp::{ColorType, WebPEncoder};
 
 /// Image format of the pictures of tiles; both formats are lossless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
+pub enum TileEncoding {
     /// WebP, which makes smaller files.
     WebP,
     /// PNG, which every program reads.
     Png,
 }
 
-impl Encoding {
+impl TileEncoding {
     /// Extension of a file's name, which is also the name of the format in MBTiles.
     pub fn ending(self) -> &'static str {
         match self {
-            Encoding::WebP => "webp",
-            Encoding::Png => "png",
+            TileEncoding::WebP => "webp",
+            TileEncoding::Png => "png",
         }
     }
 
@@ -30,10 +30,12 @@ impl Encoding {
     pub fn encode(self, side: u32, rgb: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
         match self {
-            Encoding::WebP => WebPEncoder::new(&mut bytes)
+            TileEncoding::WebP => WebPEncoder::new(&mut bytes)
                 .encode(rgb, side, side, ColorType::Rgb8)
                 .expect("memory takes everything, and WebP holds squares of this size"),
-            Encoding::Png => png(&mut bytes, side, rgb).expect("memory takes everything, and the rows are a square's"),
+            TileEncoding::Png => {
+                png(&mut bytes, side, rgb).expect("memory takes everything, and the rows are a square's")
+            }
         }
         bytes
     }
@@ -132,12 +134,12 @@ mod tests {
     #[test]
     fn pictures_lose_nothing() {
         let rgb: Vec<u8> = (0..32_u32 * 32 * 3).map(|index| (index * index / 7) as u8).collect();
-        let webp = Encoding::WebP.encode(32, &rgb);
+        let webp = TileEncoding::WebP.encode(32, &rgb);
         let mut decoder = image_webp::WebPDecoder::new(std::io::Cursor::new(webp)).unwrap();
         let mut decoded = vec![0; decoder.output_buffer_size().unwrap()];
         decoder.read_image(&mut decoded).unwrap();
         assert!(decoded == rgb);
-        let png = Encoding::Png.encode(32, &rgb);
+        let png = TileEncoding::Png.encode(32, &rgb);
         let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
         decoded.fill(0);
         reader.next_frame(&mut decoded).unwrap();

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde_json::{Value, json};
 
-use crate::web::pyramid::{Bounds, Plan, TILE_PX};
+use crate::web::pyramid::{Bounds, Pyramid, TILE_PX};
 
 /// Name and origin of a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,14 +35,14 @@ pub(super) struct Described {
 impl Described {
     /// Describes the archive `title`. It has `scale` pixels per pixel of the plan, and its tiles are cut into those of
     /// `further` zoom levels deeper.
-    pub fn new(plan: &Plan, meta: &Meta, title: &str, scale: u32, further: u8) -> Described {
+    pub fn new(pyramid: &Pyramid, meta: &Meta, title: &str, scale: u32, further: u8) -> Described {
         Described {
             name: format!("{} ({title})", meta.name),
             description: meta.description.clone(),
             version: meta.version.clone(),
-            zooms: plan.min_zoom() + further..=plan.max_zoom() + further,
-            degrees: plan.degrees(),
-            ground: ground(plan, scale, further),
+            zooms: pyramid.min_zoom() + further..=pyramid.max_zoom() + further,
+            degrees: pyramid.degrees(),
+            ground: ground(pyramid, scale, further),
         }
     }
 
@@ -67,14 +67,14 @@ impl Described {
 
 /// Returns the position of the tiles in the world: metres of the bounds, of the square's corner and of a pixel of the
 /// finest zoom.
-pub(super) fn ground(plan: &Plan, scale: u32, further: u8) -> Value {
-    let Bounds { west_m, south_m, east_m, north_m } = plan.bounds();
+pub(super) fn ground(pyramid: &Pyramid, scale: u32, further: u8) -> Value {
+    let Bounds { west_m, south_m, east_m, north_m } = pyramid.bounds();
     json!({
         "bounds_m": [west_m, south_m, east_m, north_m],
-        "corner_m": plan.corner_m(),
-        "finest_m": plan.pixel_m(plan.max_zoom()) / f64::from(scale),
-        "min_zoom": plan.min_zoom() + further,
-        "max_zoom": plan.max_zoom() + further,
+        "corner_m": pyramid.corner_m(),
+        "finest_m": pyramid.pixel_m(pyramid.max_zoom()) / f64::from(scale),
+        "min_zoom": pyramid.min_zoom() + further,
+        "max_zoom": pyramid.max_zoom() + further,
         "tile_px": (TILE_PX * i64::from(scale)) >> further,
     })
 }

@@ -1,12 +1,12 @@
 //! Web maps: a pyramid of tiles, packed for the web and the desktop, and a page that shows it without any network.
 //!
 //! ```text
-//!   mercator.rs   the plane of web maps, in which the metres of a world lie: degrees
-//!   pyramid.rs    bounds, metres of a cell -> zoom levels, tiles, and blocks of tiles that are drawn at once
-//!   encode.rs     pixels -> WebP, PNG; heights -> colours, scripts          meta.rs   the metadata of each file
-//!   draft.rs      blocks, functions that draw -> the pictures of tiles
-//!   folder.rs     a file per tile, and a list of the files      mbtiles.rs   a database      pmtiles.rs   an archive
-//!   archives.rs   the MBTiles and PMTiles archives of a layer
+//!   mercator.rs        the plane of web maps, in which the metres of a world lie: degrees
+//!   pyramid.rs         bounds, metres of a cell -> zoom levels, tiles, and blocks of tiles that are drawn at once
+//!   encode.rs          pixels -> WebP, PNG; heights -> colours, scripts     meta.rs   the metadata of each file
+//!   block_painter.rs   blocks, functions that draw -> the pictures of tiles
+//!   folder.rs          a file per tile, a list of the files     mbtiles.rs   a database     pmtiles.rs   an archive
+//!   archives.rs        the MBTiles and PMTiles archives of a layer
 //!   page.rs, viewer.html, viewer.css, viewer.js   the page; the explorer shares the last two
 //! ```
 //!
@@ -15,7 +15,7 @@
 //! tiles, and a tile has the same bytes in every map that holds it.
 
 mod archives;
-mod draft;
+mod block_painter;
 mod encode;
 mod folder;
 mod mbtiles;
@@ -25,12 +25,12 @@ mod page;
 mod pmtiles;
 mod pyramid;
 
-pub use draft::HEIGHT_SPACING_PX;
-pub use encode::{Encoding, HEIGHT_STEP_M, height_text, terrain_height_m, terrain_rgb};
+pub use block_painter::HEIGHT_SPACING_PX;
+pub use encode::{HEIGHT_STEP_M, TileEncoding, height_text, terrain_height_m, terrain_rgb};
 pub(crate) use folder::LISTING;
 pub use meta::Meta;
 pub use page::{LOOK, PROGRAM};
-pub use pyramid::{Block, Bounds, MAX_ZOOM, Plan, TILE_PX, TilePlace};
+pub use pyramid::{Block, Bounds, MAX_ZOOM, Pyramid, TILE_PX, TilePlace};
 
 use std::io::Write;
 use std::iter::Peekable;
@@ -41,7 +41,7 @@ use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::file::{PartFile, make_folder, remove};
 use archives::Archives;
-use draft::{Draft, HEIGHTS, Picture, Set};
+use block_painter::{BlockPainter, HEIGHTS, Set, TilePicture};
 
 /// Name of this export in the records of files.
 const EXPORT: &str = "web";
@@ -66,29 +66,29 @@ pub struct View {
 
 impl View {
     /// Returns the view of some tiles.
-    fn new(plan: &Plan, zoom: u8, places: Area, scale: u32) -> View {
-        let Area { x0, y0, x1, y1 } = plan.world_pixels(zoom, places);
+    fn new(pyramid: &Pyramid, zoom: u8, places: Area, scale: u32) -> View {
+        let Area { x0, y0, x1, y1 } = pyramid.world_pixels(zoom, places);
         let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|edge| edge * i64::from(scale));
-        View { zoom, scale, pixel_m: plan.pixel_m(zoom) / f64::from(scale), pixels: Area { x0, y0, x1, y1 } }
+        View { zoom, scale, pixel_m: pyramid.pixel_m(zoom) / f64::from(scale), pixels: Area { x0, y0, x1, y1 } }
     }
 }
 
 /// A function that draws a view: RGB, row by row from the north. If there are dense tiles, it is called for these
 /// alone, and the others are made from them.
-pub type Paint<'a> = &'a (dyn Fn(&View) -> Result<Vec<u8>, Error> + Sync);
+pub type PaintView<'a> = &'a (dyn Fn(&View) -> Result<Vec<u8>, Error> + Sync);
 
 /// A function that returns the height in metres at the centre of each pixel of a view, row by row from the north.
 pub type Heights<'a> = &'a (dyn Fn(&View) -> Result<Vec<f32>, Error> + Sync);
 
 /// A picture of the land that the page can show.
 #[derive(Clone, Copy)]
-pub struct Layer<'a> {
+pub struct WebLayer<'a> {
     /// Name of the layer's folder and of its archives.
     pub name: &'a str,
     /// Title of the layer on the page.
     pub title: &'a str,
     /// Draws the layer.
-    pub paint: Paint<'a>,
+    pub paint: PaintView<'a>,
 }
 
 /// A named feature that the page's search finds.
@@ -111,11 +111,11 @@ pub struct Feature<'a> {
 pub type Prepare<'a> = &'a (dyn Fn(&View) -> Result<(), Error> + Sync);
 
 /// The content of a map.
-pub struct Content<'a> {
+pub struct MapContent<'a> {
     /// Prepares for parts of the map.
     pub prepare: Prepare<'a>,
     /// Pictures of the map; the page begins with the first.
-    pub layers: &'a [Layer<'a>],
+    pub layers: &'a [WebLayer<'a>],
     /// Heights of the map, if tiles of heights are wanted.
     pub heights: Option<Heights<'a>>,
     /// Named features.
@@ -126,7 +126,7 @@ pub struct Content<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Image format of the pictures.
-    pub encoding: Encoding,
+    pub encoding: TileEncoding,
     /// True if there are also dense tiles, with twice the pixels per side, for dense screens.
     pub dense: bool,
     /// True if there is a folder of tiles with a page.
@@ -165,29 +165,29 @@ pub struct Written {
 /// Those of the functions that draw, and when a file cannot be written.
 pub fn write(
     folder: &Path,
-    plan: &Plan,
+    pyramid: &Pyramid,
     meta: &Meta,
     choice: Choice,
-    content: &Content,
+    content: &MapContent,
     progress: &dyn Fn(u64),
 ) -> Result<Written, Error> {
-    let sets = draft::sets(choice, content);
+    let sets = block_painter::sets(choice, content);
     begin(folder, &sets)?;
-    let archives = sets.iter().map(|set| Archives::create(folder, plan, meta, choice, set));
+    let archives = sets.iter().map(|set| Archives::create(folder, pyramid, meta, choice, set));
     let mut archives: Vec<Archives> = archives.collect::<Result<_, _>>()?;
-    let draft = Draft { folder, plan, choice, content, sets: &sets };
+    let painter = BlockPainter { folder, pyramid, choice, content, sets: &sets };
     let listing = choice.folder.then(|| PartFile::create(folder.join(LISTING)));
     let mut listing = listing.transpose()?;
     let mut tally = Tally::default();
-    for zoom in plan.zooms() {
-        let mut blocks = plan.blocks(zoom).peekable();
+    for zoom in pyramid.zooms() {
+        let mut blocks = pyramid.blocks(zoom).peekable();
         let mut square = None;
         while let Some(batch) = batch(&mut blocks) {
             let next = batch[0].square();
             if square.replace(next) != Some(next) {
-                (content.prepare)(&View::new(plan, zoom, plan.square(zoom, next), 1))?;
+                (content.prepare)(&View::new(pyramid, zoom, pyramid.square(zoom, next), 1))?;
             }
-            for drawn in draft.draw(&batch)? {
+            for drawn in painter.draw(&batch)? {
                 for picture in &drawn.pictures {
                     archives[picture.set].add(picture)?;
                     tally.add(picture);
@@ -205,7 +205,7 @@ pub fn write(
     }
     if let Some(listing) = listing {
         files.push(FileRecord::new(LISTING.to_owned(), EXPORT, listing.finish()?));
-        files.extend(page::write(folder, plan, meta, choice, content)?);
+        files.extend(page::write(folder, pyramid, meta, choice, content)?);
     }
     let Tally { hasher, pictures, picture_bytes } = tally;
     Ok(Written { files, pictures, picture_bytes, digest: hasher.finalize() })
@@ -220,7 +220,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, picture: &Picture) {
+    fn add(&mut self, picture: &TilePicture) {
         self.hasher.update(picture.hash.as_bytes());
         self.pictures += 1;
         self.picture_bytes += picture.bytes.len() as u64;

@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::file::write_whole;
-use crate::web::draft::HEIGHT_SPACING_PX;
+use crate::web::block_painter::HEIGHT_SPACING_PX;
 use crate::web::encode::HEIGHT_STEP_M;
 use crate::web::meta::{Meta, ground};
-use crate::web::{Choice, Content, EXPORT, Feature, Plan};
+use crate::web::{Choice, EXPORT, Feature, MapContent, Pyramid};
 
 /// The page. It exists only when everything that it shows exists.
 pub(super) const PAGE: &str = "index.html";
@@ -30,13 +30,13 @@ const PROGRAM_PLACE: &str = "/* viewer.js */";
 /// Writes the page and its two scripts, the page last.
 pub(super) fn write(
     folder: &Path,
-    plan: &Plan,
+    pyramid: &Pyramid,
     meta: &Meta,
     choice: Choice,
-    content: &Content,
+    content: &MapContent,
 ) -> Result<Vec<FileRecord>, Error> {
     let files = [
-        ("map.js", format!("terrane.map({});\n", about(plan, meta, choice, content))),
+        ("map.js", format!("terrane.map({});\n", about(pyramid, meta, choice, content))),
         ("names.js", format!("terrane.names({});\n", names(content))),
         (PAGE, VIEWER.replace(LOOK_PLACE, LOOK).replace(PROGRAM_PLACE, PROGRAM)),
     ];
@@ -48,7 +48,7 @@ pub(super) fn write(
 }
 
 /// Returns the facts about the map that the page needs.
-fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
+fn about(pyramid: &Pyramid, meta: &Meta, choice: Choice, content: &MapContent) -> Value {
     let layers: Vec<Value> =
         content.layers.iter().map(|layer| json!({ "name": layer.name, "title": layer.title })).collect();
     let heights = content.heights.map(|_| json!({ "step_m": HEIGHT_STEP_M, "spacing_px": HEIGHT_SPACING_PX }));
@@ -56,7 +56,7 @@ fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
         "name": meta.name,
         "description": meta.description,
         "version": meta.version,
-        "ground": ground(plan, 1, 0),
+        "ground": ground(pyramid, 1, 0),
         "ending": choice.encoding.ending(),
         "dense": choice.dense,
         "layers": layers,
@@ -65,7 +65,7 @@ fn about(plan: &Plan, meta: &Meta, choice: Choice, content: &Content) -> Value {
 }
 
 /// Returns the features, sorted by rank: name, kind, metres east and north, rank.
-fn names(content: &Content) -> Value {
+fn names(content: &MapContent) -> Value {
     let mut features: Vec<_> = content.features.iter().filter(|feature| !feature.name.is_empty()).collect();
     // A stable sort: features of the same rank and name keep their order.
     features.sort_by_key(|feature| (feature.rank, feature.name));

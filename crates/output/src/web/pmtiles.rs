@@ -12,24 +12,24 @@ use pmtiles::{PmTilesStreamWriter, PmTilesWriter, PmtError, TileType};
 
 use crate::error::Error;
 use crate::file::{Finished, PartFile};
-use crate::web::encode::Encoding;
+use crate::web::encode::TileEncoding;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;
 
 /// An archive that is being written.
 pub(super) struct PmTiles {
     path: PathBuf,
-    file: Shared,
-    writer: PmTilesStreamWriter<Shared>,
+    file: ArchiveHandle,
+    writer: PmTilesStreamWriter<ArchiveHandle>,
 }
 
 impl PmTiles {
     /// Creates the archive that will be at `path`.
-    pub fn create(path: PathBuf, encoding: Encoding, about: &Described) -> Result<PmTiles, Error> {
-        let file = Shared(Rc::new(RefCell::new(PartFile::create(path.clone())?)));
+    pub fn create(path: PathBuf, encoding: TileEncoding, about: &Described) -> Result<PmTiles, Error> {
+        let file = ArchiveHandle(Rc::new(RefCell::new(PartFile::create(path.clone())?)));
         let tile_type = match encoding {
-            Encoding::WebP => TileType::Webp,
-            Encoding::Png => TileType::Png,
+            TileEncoding::WebP => TileType::Webp,
+            TileEncoding::Png => TileType::Png,
         };
         let [west, south, east, north] = about.degrees;
         let (longitude, latitude, zoom) = about.center();
@@ -69,9 +69,9 @@ fn failed(path: &PathBuf) -> impl FnOnce(PmtError) -> Error {
 
 /// A handle to a file that the writer owns as well, because the writer does not give the file back.
 #[derive(Clone)]
-struct Shared(Rc<RefCell<PartFile>>);
+struct ArchiveHandle(Rc<RefCell<PartFile>>);
 
-impl Write for Shared {
+impl Write for ArchiveHandle {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.borrow_mut().write(bytes)
     }
@@ -81,7 +81,7 @@ impl Write for Shared {
     }
 }
 
-impl Seek for Shared {
+impl Seek for ArchiveHandle {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.0.borrow_mut().seek(to)
     }

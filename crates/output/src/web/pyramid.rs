@@ -10,7 +10,7 @@
 //! one in which everything fits into the size of a tile.
 //!
 //! A world has no end, but the Earth has one. Beyond it, the square repeats to the east, west, north and south. A
-//! pyramid lies in the square that holds its region, and [`Plan::corner_m`] tells where that square is.
+//! pyramid lies in the square that holds its region, and [`Pyramid::corner_m`] tells where that square is.
 
 use std::ops::RangeInclusive;
 
@@ -53,7 +53,7 @@ pub struct Bounds {
 
 /// The tiles of a web map.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct Pyramid {
     bounds: Bounds,
     min_zoom: u8,
     max_zoom: u8,
@@ -118,13 +118,13 @@ impl Block {
     }
 }
 
-impl Plan {
+impl Pyramid {
     /// Plans a pyramid that covers `bounds`. Its finest pixels are about `cell_m` metres wide: between 0.7 and 1.4
     /// times as much, where there is such a zoom level.
     ///
     /// # Errors
     /// If the bounds are empty, beyond what `f64` can tell apart, or across the edge of two squares.
-    pub fn new(bounds: Bounds, cell_m: f64) -> Result<Plan, Error> {
+    pub fn new(bounds: Bounds, cell_m: f64) -> Result<Pyramid, Error> {
         let refused = |message: String, hint: &str| Error::Option { message, hint: hint.into() };
         if !(cell_m.is_finite() && cell_m > 0.0) {
             return Err(refused(format!("a pixel of {cell_m} m cannot be"), "take a pixel larger than 0 m"));
@@ -163,7 +163,7 @@ impl Plan {
         let pixels = Area { x0: x0 - left, y0: y0 - top, x1: x1 - left, y1: y1 - top };
         let fits = |zoom: &u8| pixels.width().max(pixels.height()) as i64 <= TILE_PX << (max_zoom - zoom);
         let min_zoom = (0..=max_zoom).rev().find(fits).expect("a square has the size of the tile of zoom 0");
-        Ok(Plan { bounds, min_zoom, max_zoom, square, pixels })
+        Ok(Pyramid { bounds, min_zoom, max_zoom, square, pixels })
     }
 
     /// Bounds of the map; its tiles reach further by less than a tile.
@@ -276,34 +276,34 @@ fn pixel_m(zoom: u8) -> f64 {
 mod tests {
     use super::*;
 
-    fn plan(west_m: f64, south_m: f64, east_m: f64, north_m: f64, cell_m: f64) -> Plan {
-        Plan::new(Bounds { west_m, south_m, east_m, north_m }, cell_m).unwrap()
+    fn pyramid(west_m: f64, south_m: f64, east_m: f64, north_m: f64, cell_m: f64) -> Pyramid {
+        Pyramid::new(Bounds { west_m, south_m, east_m, north_m }, cell_m).unwrap()
     }
 
     #[test]
     fn tiles_are_those_of_web_mercator() {
         // With 10 m per vertex, zoom 14 has pixels of 9.55 m, and four tiles of zoom 9 meet at the origin.
-        let plan = plan(-5000.0, -3000.0, 5000.0, 3000.0, 10.0);
-        assert_eq!(plan.zooms(), 11..=14);
-        assert!((plan.pixel_m(14) - 9.554_628_535_647_032).abs() < 1e-12);
+        let pyramid = pyramid(-5000.0, -3000.0, 5000.0, 3000.0, 10.0);
+        assert_eq!(pyramid.zooms(), 11..=14);
+        assert!((pyramid.pixel_m(14) - 9.554_628_535_647_032).abs() < 1e-12);
         // By the formulas of "Slippy map tilenames" for -0.0449, 0.0269 and 0.0449, -0.0269 degrees.
-        assert_eq!(plan.places(14), Area { x0: 8189, y0: 8190, x1: 8195, y1: 8194 });
-        assert_eq!(plan.places(11), Area { x0: 1023, y0: 1023, x1: 1025, y1: 1025 });
-        assert_eq!(plan.world_pixels(14, plan.places(14)), Area { x0: -768, y0: -512, x1: 768, y1: 512 });
-        assert_eq!(plan.corner_m(), [-SIDE_M / 2.0, SIDE_M / 2.0]);
+        assert_eq!(pyramid.places(14), Area { x0: 8189, y0: 8190, x1: 8195, y1: 8194 });
+        assert_eq!(pyramid.places(11), Area { x0: 1023, y0: 1023, x1: 1025, y1: 1025 });
+        assert_eq!(pyramid.world_pixels(14, pyramid.places(14)), Area { x0: -768, y0: -512, x1: 768, y1: 512 });
+        assert_eq!(pyramid.corner_m(), [-SIDE_M / 2.0, SIDE_M / 2.0]);
     }
 
     #[test]
     fn the_finest_pixels_are_nearest_to_the_cells() {
-        let finest = |cell_m: f64| plan(0.0, 0.0, 1e4, 1e4, cell_m).max_zoom();
+        let finest = |cell_m: f64| pyramid(0.0, 0.0, 1e4, 1e4, cell_m).max_zoom();
         assert_eq!([1e4, 10.0, 8.0, 6.8, 6.7, 1.0, 0.01, 0.001].map(finest), [4, 14, 14, 14, 15, 17, 23, 23]);
     }
 
     #[test]
     fn degrees_are_those_of_the_bounds() {
-        let plan = plan(-7000.0, 11_000.0, -2000.0, 14_000.0, 10.0);
-        let [west, south, east, north] = plan.degrees();
-        let pixel = degrees([plan.pixel_m(plan.max_zoom()), 0.0])[0];
+        let pyramid = pyramid(-7000.0, 11_000.0, -2000.0, 14_000.0, 10.0);
+        let [west, south, east, north] = pyramid.degrees();
+        let pixel = degrees([pyramid.pixel_m(pyramid.max_zoom()), 0.0])[0];
         for (found, metres, axis) in
             [(west, -7000.0, 0), (east, -2000.0, 0), (south, 11_000.0, 1), (north, 14_000.0, 1)]
         {
@@ -321,24 +321,27 @@ mod tests {
             (0.0, 0.0, 256.0, 256.0, 1.0),
             (-40_000.0, 10.0, 65_536.0, 1_000.0, 7.5),
         ] {
-            let plan = plan(west, south, west + width, south + height, finest);
-            for zoom in plan.zooms() {
-                let (places, pixel_m) = (plan.places(zoom), plan.pixel_m(zoom));
-                assert!(places.x0 >= 0 && places.y0 >= 0 && places.x1.max(places.y1) <= 1 << zoom, "{plan:?} {zoom}");
-                let pixels = plan.world_pixels(zoom, places);
+            let pyramid = pyramid(west, south, west + width, south + height, finest);
+            for zoom in pyramid.zooms() {
+                let (places, pixel_m) = (pyramid.places(zoom), pyramid.pixel_m(zoom));
+                assert!(
+                    places.x0 >= 0 && places.y0 >= 0 && places.x1.max(places.y1) <= 1 << zoom,
+                    "{pyramid:?} {zoom}"
+                );
+                let pixels = pyramid.world_pixels(zoom, places);
                 assert!(pixels.x0 as f64 * pixel_m <= west && pixels.x1 as f64 * pixel_m >= west + width);
                 assert!(-pixels.y1 as f64 * pixel_m <= south && -pixels.y0 as f64 * pixel_m >= south + height);
                 assert!(zoom == 0 || pixels.x0 % TILE_PX == 0 && pixels.y0 % TILE_PX == 0, "a tile is the world's");
             }
-            assert!(plan.places(plan.min_zoom()).len() <= 4, "all has the size of a tile");
-            let [west, south, east, north] = plan.degrees();
+            assert!(pyramid.places(pyramid.min_zoom()).len() <= 4, "all has the size of a tile");
+            let [west, south, east, north] = pyramid.degrees();
             assert!(-180.0 <= west && east <= 180.0 && -86.0 < south && north < 86.0, "on the Earth");
         }
     }
 
     #[test]
     fn two_bakes_of_a_world_have_the_same_tiles() {
-        let (one, other) = (plan(0.0, 0.0, 9000.0, 9000.0, 2.0), plan(-9000.0, -800.0, 4000.0, 30_000.0, 2.0));
+        let (one, other) = (pyramid(0.0, 0.0, 9000.0, 9000.0, 2.0), pyramid(-9000.0, -800.0, 4000.0, 30_000.0, 2.0));
         assert_ne!(one.min_zoom(), other.min_zoom());
         for zoom in one.zooms() {
             let common = one.places(zoom).common(&other.places(zoom)).unwrap();
@@ -348,8 +351,8 @@ mod tests {
 
     #[test]
     fn beyond_the_earth_tiles_begin_again() {
-        let (here, there) = (plan(0.0, 0.0, 900.0, 900.0, 2.0), 4.0 * SIDE_M);
-        let far = plan(there, -there, there + 900.0, 900.0 - there, 2.0);
+        let (here, there) = (pyramid(0.0, 0.0, 900.0, 900.0, 2.0), 4.0 * SIDE_M);
+        let far = pyramid(there, -there, there + 900.0, 900.0 - there, 2.0);
         assert_eq!((far.places(15), far.degrees()), (here.places(15), here.degrees()));
         let (near, far) = (here.world_pixels(15, here.places(15)), far.world_pixels(15, far.places(15)));
         assert_eq!([far.x0 - near.x0, far.y0 - near.y0], [4 * (TILE_PX << 15); 2]);
@@ -357,26 +360,26 @@ mod tests {
 
     #[test]
     fn blocks_hold_every_tile_once_and_in_the_order_of_their_numbers() {
-        let plan = plan(-7000.0, 1000.0, 5000.0, 12_000.0, 3.0);
+        let pyramid = pyramid(-7000.0, 1000.0, 5000.0, 12_000.0, 3.0);
         let mut last = None;
         let mut all = 0;
-        for zoom in plan.zooms() {
-            let places = plan.places(zoom);
-            for tile in plan.blocks(zoom).flat_map(|block| block.tiles()) {
+        for zoom in pyramid.zooms() {
+            let places = pyramid.places(zoom);
+            for tile in pyramid.blocks(zoom).flat_map(|block| block.tiles()) {
                 assert!(last < Some(tile.id()), "{tile:?}");
                 assert!(places.common(&Area::new(tile.x.into(), tile.y.into(), 1, 1)).is_some(), "{tile:?}");
                 last = Some(tile.id());
                 all += 1;
             }
         }
-        assert_eq!(all, plan.tiles());
+        assert_eq!(all, pyramid.tiles());
     }
 
     #[test]
     fn what_cannot_be_is_refused() {
         let refused = |west_m: f64, east_m: f64, finest_m: f64| {
             let bounds = Bounds { west_m, south_m: 0.0, east_m, north_m: 1.0 };
-            Plan::new(bounds, finest_m).unwrap_err().to_string()
+            Pyramid::new(bounds, finest_m).unwrap_err().to_string()
         };
         assert!(refused(0.0, 1.0, 0.0).contains("0 m"));
         assert!(refused(0.0, 1.0, f64::NAN).contains("NaN"));
@@ -385,6 +388,6 @@ mod tests {
         assert!(refused(1e17, 2e17, 1.0).contains("origin"));
         assert!(refused(2e7, 2.1e7, 1.0).contains("20038 km east"));
         let bounds = Bounds { west_m: 0.0, south_m: -2.1e7, east_m: 1.0, north_m: -2e7 };
-        assert!(Plan::new(bounds, 1.0).unwrap_err().to_string().contains("-20038 km north"));
+        assert!(Pyramid::new(bounds, 1.0).unwrap_err().to_string().contains("-20038 km north"));
     }
 }

@@ -88,29 +88,29 @@ const fn feature(name: &'static str, kind: &'static str, east_m: f64, north_m: f
     Feature { name, kind, east_m, north_m, rank }
 }
 
-const ALL: Choice = Choice { encoding: Encoding::WebP, dense: true, folder: true, mbtiles: true, pmtiles: true };
+const ALL: Choice = Choice { encoding: TileEncoding::WebP, dense: true, folder: true, mbtiles: true, pmtiles: true };
 
 /// Writes the made-up land between `[west, south, east, north]`.
-fn written(folder: &Path, bounds_m: [f64; 4], finest_m: f64, choice: Choice) -> (Plan, Written) {
+fn written(folder: &Path, bounds_m: [f64; 4], finest_m: f64, choice: Choice) -> (Pyramid, Written) {
     let [west_m, south_m, east_m, north_m] = bounds_m;
-    let plan = Plan::new(Bounds { west_m, south_m, east_m, north_m }, finest_m).unwrap();
+    let pyramid = Pyramid::new(Bounds { west_m, south_m, east_m, north_m }, finest_m).unwrap();
     let meta = Meta {
         name: "Made-up <land>".into(),
         description: "Value noise, six octaves".into(),
         version: env!("CARGO_PKG_VERSION").into(),
     };
     let layers = [
-        Layer { name: "map", title: "Map", paint: &|view| Ok(map(view)) },
-        Layer { name: "hillshade", title: "Relief", paint: &|view| Ok(hillshade(view)) },
+        WebLayer { name: "map", title: "Map", paint: &|view| Ok(map(view)) },
+        WebLayer { name: "hillshade", title: "Relief", paint: &|view| Ok(hillshade(view)) },
     ];
-    let content = Content {
+    let content = MapContent {
         prepare: &|_| Ok(()),
         layers: &layers,
         heights: Some(&|view| Ok(heights(view))),
         features: &FEATURES,
     };
-    let written = write(folder, &plan, &meta, choice, &content, &|_| ()).unwrap();
-    (plan, written)
+    let written = write(folder, &pyramid, &meta, choice, &content, &|_| ()).unwrap();
+    (pyramid, written)
 }
 
 /// Returns all files below a folder with their bytes.
@@ -140,9 +140,9 @@ fn decoded(webp: &[u8]) -> Vec<u8> {
 #[test]
 fn tiles_are_the_pixels_that_their_places_say() {
     let folder = tempfile::tempdir().unwrap();
-    let (plan, written) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 10.0, ALL);
+    let (pyramid, written) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 10.0, ALL);
     let files = files(folder.path());
-    assert_eq!((plan.zooms(), plan.tiles()), (12..=14, 4 + 4 + 12));
+    assert_eq!((pyramid.zooms(), pyramid.tiles()), (12..=14, 4 + 4 + 12));
     // Two layers at two scales, and terrain; the heights; five archives in two formats; the list; and the page with two
     // scripts.
     assert_eq!((written.pictures, files.len()), (5 * 20, 6 * 20 + 5 * 2 + 4));
@@ -153,16 +153,16 @@ fn tiles_are_the_pixels_that_their_places_say() {
     assert!(listed.iter().all(|(hash, name)| blake3::hash(&files[*name]).to_hex().as_str() == *hash));
     let page = str::from_utf8(&files["index.html"]).unwrap();
     assert!(page.contains("const terrane = ") && page.matches("</script>").count() == 3, "the page has its program");
-    for zoom in plan.zooms() {
-        for (x, y) in plan.places(zoom).vertices() {
-            let pixels = plan.world_pixels(zoom, Area::new(x, y, 1, 1));
-            let view = View { zoom, scale: 1, pixel_m: plan.pixel_m(zoom), pixels };
+    for zoom in pyramid.zooms() {
+        for (x, y) in pyramid.places(zoom).vertices() {
+            let pixels = pyramid.world_pixels(zoom, Area::new(x, y, 1, 1));
+            let view = View { zoom, scale: 1, pixel_m: pyramid.pixel_m(zoom), pixels };
             let tile = |layer: &str, mark: &str| decoded(&files[&format!("{layer}/{zoom}/{x}/{y}{mark}.webp")]);
             let colours: Vec<u8> = heights(&view).into_iter().flat_map(terrain_rgb).collect();
             assert!(tile("terrain", "") == colours, "{zoom}/{x}/{y}");
             let twice = [pixels.x0, pixels.y0, pixels.x1, pixels.y1].map(|edge| 2 * edge);
             let pixels = Area { x0: twice[0], y0: twice[1], x1: twice[2], y1: twice[3] };
-            let view = View { zoom, scale: 2, pixel_m: plan.pixel_m(zoom) / 2.0, pixels };
+            let view = View { zoom, scale: 2, pixel_m: pyramid.pixel_m(zoom) / 2.0, pixels };
             assert!(tile("hillshade", "@2x") == hillshade(&view), "{zoom}/{x}/{y}");
             // A pixel of the other scale is the mean of four of these.
             let (dense, width) = (map(&view), view.pixels.width());
@@ -192,13 +192,13 @@ fn bytes_do_not_depend_on_threads() {
 #[test]
 fn archives_hold_what_the_folder_holds() {
     let folder = tempfile::tempdir().unwrap();
-    let (plan, _) = written(folder.path(), [-9000.0, -9000.0, 9000.0, 9000.0], 30.0, Choice { dense: false, ..ALL });
+    let (pyramid, _) = written(folder.path(), [-9000.0, -9000.0, 9000.0, 9000.0], 30.0, Choice { dense: false, ..ALL });
     let files = files(folder.path());
     let database = Connection::open(folder.path().join("map.mbtiles")).unwrap();
     let mut tiles = database.prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").unwrap();
     let tiles = tiles.query_map((), |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))).unwrap();
     let tiles: Vec<(u8, u32, u32, Vec<u8>)> = tiles.map(Result::unwrap).collect();
-    assert_eq!(tiles.len() as u64, plan.tiles());
+    assert_eq!(tiles.len() as u64, pyramid.tiles());
     for (zoom, x, row, bytes) in tiles {
         let y = (1 << zoom) - 1 - row;
         assert!(bytes == files[&format!("map/{zoom}/{x}/{y}.webp")], "{zoom}/{x}/{y}");
@@ -207,10 +207,10 @@ fn archives_hold_what_the_folder_holds() {
     assert_eq!(archive[..8], *b"PMTiles\x03");
     let number = |at: usize| u64::from_le_bytes(archive[at..at + 8].try_into().unwrap());
     let (addressed, clustered) = (number(72), archive[96]);
-    assert_eq!((addressed, clustered), (plan.tiles(), 1));
+    assert_eq!((addressed, clustered), (pyramid.tiles(), 1));
     // Tiles follow one another in the order in which they were drawn.
     let data = &archive[number(56) as usize..][..number(64) as usize];
-    let drawn = plan.zooms().flat_map(|zoom| plan.blocks(zoom)).flat_map(|block| block.tiles());
+    let drawn = pyramid.zooms().flat_map(|zoom| pyramid.blocks(zoom)).flat_map(|block| block.tiles());
     let drawn: Vec<u8> =
         drawn.flat_map(|at| &files[&format!("map/{}/{}/{}.webp", at.zoom, at.x, at.y)]).copied().collect();
     assert!(data == drawn);
@@ -219,7 +219,7 @@ fn archives_hold_what_the_folder_holds() {
 #[test]
 fn dense_tiles_of_mbtiles_are_cut_into_those_of_the_next_zoom() {
     let folder = tempfile::tempdir().unwrap();
-    let (plan, _) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 20.0, ALL);
+    let (pyramid, _) = written(folder.path(), [-3000.0, -2000.0, 2500.0, 3100.0], 20.0, ALL);
     let files = files(folder.path());
     let database = Connection::open(folder.path().join("map@2x.mbtiles")).unwrap();
     let told = |name: &str| {
@@ -228,16 +228,16 @@ fn dense_tiles_of_mbtiles_are_cut_into_those_of_the_next_zoom() {
     };
     assert_eq!(
         [told("minzoom"), told("maxzoom")],
-        [plan.min_zoom() + 1, plan.max_zoom() + 1].map(|zoom| zoom.to_string())
+        [pyramid.min_zoom() + 1, pyramid.max_zoom() + 1].map(|zoom| zoom.to_string())
     );
     let ground: serde_json::Value = serde_json::from_str(&told("json")).unwrap();
     let ground = &ground["terrane"];
-    let finest_m = plan.pixel_m(plan.max_zoom()) / 2.0;
+    let finest_m = pyramid.pixel_m(pyramid.max_zoom()) / 2.0;
     assert_eq!((&ground["tile_px"], &ground["finest_m"]), (&256.into(), &finest_m.into()));
     let mut tiles = database.prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").unwrap();
     let tiles = tiles.query_map((), |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))).unwrap();
     let tiles: Vec<(u8, u32, u32, Vec<u8>)> = tiles.map(Result::unwrap).collect();
-    assert_eq!(tiles.len() as u64, 4 * plan.tiles());
+    assert_eq!(tiles.len() as u64, 4 * pyramid.tiles());
     for (zoom, x, row, bytes) in tiles {
         let y = (1 << zoom) - 1 - row;
         let dense = decoded(&files[&format!("map/{}/{}/{}@2x.webp", zoom - 1, x / 2, y / 2)]);
@@ -250,19 +250,19 @@ fn dense_tiles_of_mbtiles_are_cut_into_those_of_the_next_zoom() {
 #[test]
 fn equal_tiles_are_stored_once() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = Plan::new(Bounds { west_m: 0.0, south_m: 0.0, east_m: 4096.0, north_m: 4096.0 }, 1.0).unwrap();
+    let pyramid = Pyramid::new(Bounds { west_m: 0.0, south_m: 0.0, east_m: 4096.0, north_m: 4096.0 }, 1.0).unwrap();
     let meta = Meta { name: String::new(), description: String::new(), version: String::new() };
-    let layers = [Layer { name: "sea", title: "Sea", paint: &|view| Ok([9, 99, 199].repeat(view.pixels.len())) }];
-    let content = Content { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
-    let choice = Choice { folder: false, dense: false, encoding: Encoding::Png, ..ALL };
-    write(folder.path(), &plan, &meta, choice, &content, &|_| ()).unwrap();
+    let layers = [WebLayer { name: "sea", title: "Sea", paint: &|view| Ok([9, 99, 199].repeat(view.pixels.len())) }];
+    let content = MapContent { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
+    let choice = Choice { folder: false, dense: false, encoding: TileEncoding::Png, ..ALL };
+    write(folder.path(), &pyramid, &meta, choice, &content, &|_| ()).unwrap();
     let database = Connection::open(folder.path().join("sea.mbtiles")).unwrap();
     let count =
         |table: &str| database.query_row(&format!("SELECT count(*) FROM {table}"), (), |row| row.get::<_, i64>(0));
-    assert_eq!((count("tiles").unwrap(), count("images").unwrap()), (plan.tiles() as i64, 1));
+    assert_eq!((count("tiles").unwrap(), count("images").unwrap()), (pyramid.tiles() as i64, 1));
     let archive = fs::read(folder.path().join("sea.pmtiles")).unwrap();
     let number = |at: usize| u64::from_le_bytes(archive[at..at + 8].try_into().unwrap());
-    assert_eq!([72, 88].map(number), [plan.tiles(), 1]);
+    assert_eq!([72, 88].map(number), [pyramid.tiles(), 1]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "no folder was asked for");
 }
 
@@ -270,12 +270,12 @@ fn equal_tiles_are_stored_once() {
 fn a_map_that_fails_has_no_page_and_no_archive() {
     let folder = tempfile::tempdir().unwrap();
     let choice = Choice { dense: false, ..ALL };
-    let (plan, _) = written(folder.path(), [0.0, 0.0, 3000.0, 3000.0], 10.0, choice);
+    let (pyramid, _) = written(folder.path(), [0.0, 0.0, 3000.0, 3000.0], 10.0, choice);
     let meta = Meta { name: String::new(), description: String::new(), version: String::new() };
-    let paint = |view: &View| if view.zoom < plan.max_zoom() { Ok(map(view)) } else { Err(Error::Interrupted) };
-    let layers = [Layer { name: "other", title: "Other", paint: &paint }];
-    let content = Content { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
-    let failed = write(folder.path(), &plan, &meta, choice, &content, &|_| ()).unwrap_err();
+    let paint = |view: &View| if view.zoom < pyramid.max_zoom() { Ok(map(view)) } else { Err(Error::Interrupted) };
+    let layers = [WebLayer { name: "other", title: "Other", paint: &paint }];
+    let content = MapContent { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
+    let failed = write(folder.path(), &pyramid, &meta, choice, &content, &|_| ()).unwrap_err();
     assert!(matches!(failed, Error::Interrupted));
     let files = files(folder.path());
     assert!(!files.contains_key("index.html") && files.contains_key("map.js"), "the page of the map before is gone");

@@ -9,17 +9,17 @@ use rayon::prelude::*;
 use wgpu::{ComputePass, ComputePipeline};
 
 use super::adapter::Gpu;
-use super::job::{BAND_WORDS, Band, IMPRINT_PLANES, Job, LooksAround, SURFACE_PLANES, TABLE, submissions};
-use super::slot::{Slot, Slots, UnderWay, Words};
+use super::bands::{BAND_WORDS, Band, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
+use super::submission::{Slot, Slots, Submission, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::device::LandMaker;
 use crate::grid::Grid;
 use crate::land::Land;
-use crate::lines::{Imprint, Line, packed};
-use crate::noise::packed::BLOCK;
-use crate::relief::{Block, NoiseRelief, PackedRelief};
-use crate::tile::{Blend, GroundRule, Normals, Surface, Tile, TilePlan};
+use crate::lines::{Imprint, Line, gpu_words};
+use crate::noise::gpu_words::BLOCK;
+use crate::relief::{NoiseRelief, PackedRelief, VertexBlock};
+use crate::tile::{Blend, GroundRule, Normals, Tile, TilePlan, TileSurface};
 use crate::world::World;
 
 /// A GPU as a maker of land of noise, and of tiles on it.
@@ -50,7 +50,7 @@ const UNDER_WAY: usize = 16;
 type Bands<'a> = (Vec<Band>, Vec<&'a mut [u32]>);
 
 /// Sizes of a submission whose slot has been filled.
-struct Loaded {
+struct SubmissionSizes {
     blocks: u32,
     bands: u32,
     words: Words,
@@ -89,17 +89,17 @@ impl NoiseMaker {
 
     /// Makes the job of a tile from its vertices, the land that it is made of, and its lines; `None` if the kernels do
     /// not support these lines.
-    pub(super) fn tile_job<'a>(cells: Area, land: Area, lines: impl IntoIterator<Item = &'a Line>) -> Option<Job> {
-        let mut lines = packed::pack(lines, land)?;
+    pub(super) fn tile_job<'a>(cells: Area, land: Area, lines: impl IntoIterator<Item = &'a Line>) -> Option<LandJob> {
+        let mut lines = gpu_words::pack(lines, land)?;
         if lines[0] == 0 {
             lines.clear();
         }
-        Some(Job { land, cells: Some(cells), lines })
+        Some(LandJob { land, cells: Some(cells), lines })
     }
 
     /// Carries out all jobs. `None` if a job is too large, or if something failed, which is then recorded as
     /// [trouble](Gpu::trouble).
-    pub(super) fn make(&self, jobs: &[Job], clock: &Clock) -> Option<Vec<Made>> {
+    pub(super) fn make(&self, jobs: &[LandJob], clock: &Clock) -> Option<Vec<Made>> {
         let submissions = submissions(jobs, self.looks, &self.slots, self.block_words)?;
         let made = self.make_all(jobs, submissions, clock);
         if made.is_none() {
@@ -110,7 +110,7 @@ impl NoiseMaker {
 
     /// Carries out all submissions, on the calling thread alone if there is only one. The caller of a small request may
     /// hold a lock that other work of the pool waits for, so such work must not begin on its thread.
-    fn make_all(&self, jobs: &[Job], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
+    fn make_all(&self, jobs: &[LandJob], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
         let is_one = submissions.len() < 2;
         let mut made: Vec<Made> = match is_one {
             true => jobs.iter().map(Made::room).collect(),
@@ -140,12 +140,13 @@ impl NoiseMaker {
     }
 
     /// Writes the kernels' input for some bands into a slot; `None` if mapping fails.
-    fn load(&self, jobs: &[Job], bands: &[Band], slot: &Slot) -> Option<Loaded> {
-        let mut blocks: Vec<Block> = Vec::new();
+    fn load(&self, jobs: &[LandJob], bands: &[Band], slot: &Slot) -> Option<SubmissionSizes> {
+        let mut blocks: Vec<VertexBlock> = Vec::new();
         let mut table = vec![0; TABLE];
         let mut lines = Vec::new();
-        let count =
-            |band: &Band| Block::count(band.land) + if self.rough.is_some() { Block::count(band.cells) } else { 0 };
+        let count = |band: &Band| {
+            VertexBlock::count(band.land) + if self.rough.is_some() { VertexBlock::count(band.cells) } else { 0 }
+        };
         let lines_at = TABLE + self.block_words * bands.iter().map(count).sum::<usize>();
         // Mapped ranges must begin at an even word.
         let lines_at = lines_at.next_multiple_of(2);
@@ -166,9 +167,9 @@ impl NoiseMaker {
             if self.looks.noise {
                 left = rubble[0] + if self.looks.rubble { 2 * band.rubble().len() } else { 0 };
             }
-            blocks.extend(Block::of(band.land, heights as u32, 0));
+            blocks.extend(VertexBlock::of(band.land, heights as u32, 0));
             if let Some((rough, _)) = &self.rough {
-                blocks.extend(Block::of(band.cells, noise as u32, *rough));
+                blocks.extend(VertexBlock::of(band.cells, noise as u32, *rough));
             }
             let has_lines = !job.lines.is_empty();
             let pad = |cells: i64, land: i64| if band.cells.is_empty() { 0 } else { (cells - land) as usize };
@@ -211,7 +212,7 @@ impl NoiseMaker {
             view.slice(number * block_bytes..).slice(..block_bytes).copy_from_slice(cast_slice(&words));
         }
         drop(view);
-        Some(Loaded {
+        Some(SubmissionSizes {
             blocks: blocks.len() as u32,
             bands: bands.len() as u32,
             words: Words { own: lines_at + lines.len(), back },
@@ -221,7 +222,7 @@ impl NoiseMaker {
     }
 
     /// Encodes all kernels of a submission, one after the other.
-    fn compute(&self, pass: &mut ComputePass<'_>, loaded: &Loaded) {
+    fn compute(&self, pass: &mut ComputePass<'_>, loaded: &SubmissionSizes) {
         let kernels = self.gpu.kernels();
         let side = self.gpu.group_side;
         let [columns, rows] = BLOCK.map(|vertices| vertices as u32 / side);
@@ -244,7 +245,7 @@ impl NoiseMaker {
     }
 
     /// Submits bands to the GPU.
-    fn submit(&self, jobs: &[Job], bands: &[Band]) -> Option<UnderWay> {
+    fn submit(&self, jobs: &[LandJob], bands: &[Band]) -> Option<Submission> {
         let slot = self.slots.take(&self.gpu);
         let loaded = self.load(jobs, bands, &slot)?;
         let submission = slot.submit(&self.gpu, loaded.words, |pass| self.compute(pass, &loaded));
@@ -252,7 +253,7 @@ impl NoiseMaker {
     }
 
     /// Waits for the submission of some bands, and copies its values to the planes of their jobs.
-    fn read(&self, bands: &[Band], submission: UnderWay, room: Vec<&mut [u32]>, clock: &Clock) -> Option<()> {
+    fn read(&self, bands: &[Band], submission: Submission, room: Vec<&mut [u32]>, clock: &Clock) -> Option<()> {
         clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?;
         clock.time(stage::GPU_READS, || {
             let bytes = submission.values()?;
@@ -276,7 +277,7 @@ impl NoiseMaker {
     /// Measures the time of the kernels for the land of an area, or for a tile on it without lines, excluding upload
     /// and readback, for benchmarks. `None` if something fails, or if the work does not fit into one submission.
     pub fn kernel_time(&self, land: Area, cells: Option<Area>, times: u32) -> Option<Duration> {
-        let jobs = [Job { land, cells, lines: Vec::new() }];
+        let jobs = [LandJob { land, cells, lines: Vec::new() }];
         let submissions = submissions(&jobs, self.looks, &self.slots, self.block_words)?;
         let [bands] = &submissions[..] else { return None };
         let slot = self.slots.take(&self.gpu);
@@ -289,7 +290,7 @@ impl NoiseMaker {
 
 impl Made {
     /// Allocates the planes for the result of a job.
-    fn room(job: &Job) -> Made {
+    fn room(job: &LandJob) -> Made {
         let [of_land, of_cells] = job.planes();
         let cells = job.cells.filter(|_| of_cells == SURFACE_PLANES).unwrap_or(Area { x1: job.land.x0, ..job.land });
         let grids = |count: usize, area: Area| (0..count).map(|_| Grid::filled(area, 0.0)).collect();
@@ -310,12 +311,12 @@ impl Made {
     }
 
     /// Returns the land, and the surface of the tile on it; `lines` are those that shaped the land.
-    pub fn into_parts<'a>(self, lines: impl IntoIterator<Item = &'a Line>) -> (Grid<f32>, Surface) {
+    pub fn into_parts<'a>(self, lines: impl IntoIterator<Item = &'a Line>) -> (Grid<f32>, TileSurface) {
         let Made { heights, imprint, normals, weights } = self;
         let imprint: Option<[Grid<f32>; IMPRINT_PLANES]> = imprint.try_into().ok();
         let normals: [Grid<f32>; SURFACE_PLANES - WORDS] = normals.try_into().expect("a tile was asked for");
         let [ground, cover]: [Grid<u32>; WORDS] = weights.try_into().expect("a tile was asked for");
-        let surface = Surface {
+        let surface = TileSurface {
             normals: Normals::of_planes(normals),
             blend: Blend::of_words(ground, cover),
             imprint: imprint.map(|planes| Imprint::of_planes(planes, lines)),
@@ -341,7 +342,8 @@ impl LandMaker for NoiseMaker {
     }
 
     fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
-        let jobs: Vec<Job> = areas.iter().map(|area| Job { land: *area, cells: None, lines: Vec::new() }).collect();
+        let jobs: Vec<LandJob> =
+            areas.iter().map(|area| LandJob { land: *area, cells: None, lines: Vec::new() }).collect();
         let made = if self.gpu.trouble().is_none() { self.make(&jobs, clock) } else { None };
         let heights = match made {
             Some(made) => made.into_iter().map(|made| made.heights).collect(),
@@ -355,7 +357,7 @@ impl LandMaker for NoiseMaker {
     fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
         let job = |plan: &TilePlan| NoiseMaker::tile_job(plan.cells(world), plan.land, plan.lines());
         let jobs =
-            if self.gpu.trouble().is_none() { plans.iter().map(job).collect::<Option<Vec<Job>>>() } else { None };
+            if self.gpu.trouble().is_none() { plans.iter().map(job).collect::<Option<Vec<LandJob>>>() } else { None };
         let made = jobs.and_then(|jobs| self.make(&jobs, clock));
         let Some(made) = made else { return self.tiles_of_lands(world, plans, clock) };
         let tile = |(plan, made): (TilePlan, Made)| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::adapter::{Adapter, Gpu};
-use super::job::Job;
+use super::bands::LandJob;
 use super::noise::NoiseMaker;
 use crate::area::{Area, MAX_COORDINATE, Stride, TileId};
 use crate::clock::Clock;
@@ -16,7 +16,7 @@ use crate::lines::{self, Bed, Imprint, Line, LineEnd, LineId, LineKind, LinePoin
 use crate::preset::ground::GroundSettings;
 use crate::relief::NoiseRelief;
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
-use crate::tile::{GroundRule, RUBBLE_REACH, Surface};
+use crate::tile::{GroundRule, RUBBLE_REACH, TileSurface};
 
 /// Sides of the compared tiles: they contain whole blocks and parts of blocks.
 const SIDES: [usize; 2] = [200, 100];
@@ -104,7 +104,7 @@ impl Compared {
         self.cells.padded(PAD)
     }
 
-    fn job(&self) -> Job {
+    fn job(&self) -> LandJob {
         NoiseMaker::tile_job(self.cells, self.land(), &self.lines).expect("agents' lines have banks")
     }
 }
@@ -137,9 +137,9 @@ impl NoiseMaker {
     fn each(
         &self,
         tiles: &[Compared],
-        mut compare: impl FnMut((Grid<f32>, Surface), (Grid<f32>, Surface)) -> Result<(), String>,
+        mut compare: impl FnMut((Grid<f32>, TileSurface), (Grid<f32>, TileSurface)) -> Result<(), String>,
     ) -> Result<(), String> {
-        let jobs: Vec<Job> = tiles.iter().map(Compared::job).collect();
+        let jobs: Vec<LandJob> = tiles.iter().map(Compared::job).collect();
         let nothing = || self.gpu.trouble().unwrap_or_else(|| format!("{}: does not take tiles", self.gpu.name));
         for (tile, made) in tiles.iter().zip(self.make(&jobs, &Clock::default()).ok_or_else(nothing)?) {
             let mut heights = self.relief.heights(tile.land());
@@ -148,7 +148,7 @@ impl NoiseMaker {
                 imprint.shape(&mut heights, None);
             }
             let land = Land { heights, water: None };
-            let surface = Surface::new(&self.rule, &land, imprint, tile.cells, &Clock::default());
+            let surface = TileSurface::new(&self.rule, &land, imprint, tile.cells, &Clock::default());
             compare(made.into_parts(&tile.lines), (land.heights, surface))?;
         }
         Ok(())

@@ -45,7 +45,7 @@ impl Mode {
 }
 
 /// The contents of a folder.
-enum Found {
+enum FolderContent {
     Nothing,
     /// Other files, but no bake.
     Others,
@@ -55,13 +55,13 @@ enum Found {
     CutOff(Box<Manifest>),
 }
 
-impl Found {
+impl FolderContent {
     /// Returns the manifest of the bake, or of the plan of one that was cut off.
     fn manifest(&self) -> Option<&Manifest> {
         match self {
-            Found::Nothing | Found::Others => None,
-            Found::Bake(there) => there.as_deref(),
-            Found::CutOff(there) => Some(there),
+            FolderContent::Nothing | FolderContent::Others => None,
+            FolderContent::Bake(there) => there.as_deref(),
+            FolderContent::CutOff(there) => Some(there),
         }
     }
 }
@@ -89,7 +89,7 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
     };
     let all = |_: &str| true;
     match (mode, &found) {
-        (_, Found::Others) => {
+        (_, FolderContent::Others) => {
             return Err(refuse(
                 match mode {
                     Mode::New => "the folder is not empty".into(),
@@ -99,17 +99,17 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
             ));
         }
         // A repair compares the bakes only when the new one is made.
-        (Mode::New | Mode::Replace | Mode::Resume, Found::Nothing)
+        (Mode::New | Mode::Replace | Mode::Resume, FolderContent::Nothing)
         | (Mode::Replace, _)
-        | (Mode::Repair, Found::Bake(_)) => {}
-        (Mode::New, Found::CutOff(there)) => {
+        | (Mode::Repair, FolderContent::Bake(_)) => {}
+        (Mode::New, FolderContent::CutOff(there)) => {
             let hint = match same(Some(there), &all, "") {
                 Ok(()) => "go on with it with --resume, or begin again with --overwrite",
                 Err(_) => "choose another folder with --out, or replace what is there with --overwrite",
             };
             return Err(refuse("holds a bake that was cut off".into(), hint));
         }
-        (Mode::New, Found::Bake(there)) => {
+        (Mode::New, FolderContent::Bake(there)) => {
             let is_same = same(there.as_deref(), &all, "").is_ok();
             return Err(refuse(
                 if is_same { "the folder is not empty: it holds this very bake" } else { "the folder is not empty" }
@@ -118,17 +118,17 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
                  whether it is whole with terrane verify",
             ));
         }
-        (Mode::Resume | Mode::Repair, Found::Bake(_) | Found::CutOff(_)) => {
+        (Mode::Resume | Mode::Repair, FolderContent::Bake(_) | FolderContent::CutOff(_)) => {
             let hint = "give what that was baked with, choose another folder with --out, or --overwrite it";
             same(found.manifest(), &all, hint)?;
         }
-        (Mode::Add | Mode::Extend, Found::CutOff(there)) => {
+        (Mode::Add | Mode::Extend, FolderContent::CutOff(there)) => {
             // The hint does not name `terrane clean`, which would also remove the whole bake beside the one that was
             // cut off.
             let hint = "another bake was cut off here: go on with that first, or remove the folder .terrane-bake";
             same(Some(there), &all, hint)?;
         }
-        (Mode::Add, Found::Bake(there)) => {
+        (Mode::Add, FolderContent::Bake(there)) => {
             // Options that no file of the old bake depends on may differ.
             let reads = |option: &str| there.as_ref().is_some_and(|there| there.reads(option));
             let counts = |key: &str| match key {
@@ -143,21 +143,21 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
                 return Err(refuse("has all these exports already".into(), "look at it with terrane info"));
             }
         }
-        (Mode::Extend, Found::Bake(there)) if there.as_ref().is_some_and(|there| !is_within(there, plan)) => {
+        (Mode::Extend, FolderContent::Bake(there)) if there.as_ref().is_some_and(|there| !is_within(there, plan)) => {
             return Err(refuse(
                 "holds tiles that are not in that region".into(),
                 "give a region that holds all of the old one, with --at and --size",
             ));
         }
-        (Mode::Extend, Found::Bake(there)) => {
+        (Mode::Extend, FolderContent::Bake(there)) => {
             same(there.as_deref(), &|key| key != "region", "bake that region elsewhere")?;
         }
-        (Mode::Add | Mode::Extend | Mode::Repair, Found::Nothing) => {
+        (Mode::Add | Mode::Extend | Mode::Repair, FolderContent::Nothing) => {
             return Err(refuse("holds no bake".into(), "bake one there first"));
         }
     }
     Ok(match found {
-        Found::Bake(old) if mode != Mode::Repair => old,
+        FolderContent::Bake(old) if mode != Mode::Repair => old,
         _ => told(path).ok().map(Box::new),
     })
 }
@@ -211,12 +211,12 @@ fn is_within(there: &Manifest, plan: &Plan<'_>) -> bool {
 }
 
 /// Looks at the contents of a folder.
-fn found(path: &Path) -> Result<Found, Error> {
+fn found(path: &Path) -> Result<FolderContent, Error> {
     let refuse =
         |message: String| Error::Output { path: path.into(), message, hint: "choose another folder with --out".into() };
     let entries = match fs::read_dir(path) {
         Ok(entries) => entries,
-        Err(_) if path.symlink_metadata().is_err() => return Ok(Found::Nothing),
+        Err(_) if path.symlink_metadata().is_err() => return Ok(FolderContent::Nothing),
         Err(error) => {
             return Err(refuse(if path.is_dir() { error.to_string() } else { "is a file, not a folder".into() }));
         }
@@ -227,17 +227,17 @@ fn found(path: &Path) -> Result<Found, Error> {
     }
     // A work folder without a plan holds nothing that a bake could resume.
     if let Ok(plan) = Manifest::read_file(&work.join(PLAN)) {
-        return Ok(Found::CutOff(Box::new(plan)));
+        return Ok(FolderContent::CutOff(Box::new(plan)));
     }
     let manifest = fs::read(path.join(manifest::PATH)).unwrap_or_default();
     let says = manifest::FORMAT.as_bytes();
     // A bake of any version counts, even a damaged one, as long as the manifest or the registry shows that it is a
     // bake.
     if manifest.windows(says.len()).any(|words| words == says) || told(path).is_ok() {
-        return Ok(Found::Bake(Manifest::read(path).ok().map(Box::new)));
+        return Ok(FolderContent::Bake(Manifest::read(path).ok().map(Box::new)));
     }
     let is_filled = entries.flatten().any(|entry| entry.file_name() != lock::FILE_NAME && entry.file_name() != WORK);
-    Ok(if is_filled { Found::Others } else { Found::Nothing })
+    Ok(if is_filled { FolderContent::Others } else { FolderContent::Nothing })
 }
 
 /// Tells whether a folder is on another file system than the folder around it.

@@ -31,7 +31,7 @@ pub(super) struct Glb {
 }
 
 /// The kind of numbers in a part of the buffer.
-enum Content {
+enum BufferContent {
     Vertices,
     Indices,
 }
@@ -113,7 +113,7 @@ impl Glb {
 
     fn attribute(&mut self, values: Values) -> Index<Accessor> {
         let stride = values.stride();
-        let view = self.numbers(&values.bytes, Content::Vertices, stride);
+        let view = self.numbers(&values.bytes, BufferContent::Vertices, stride);
         let (min, max) = values.bounds.map(|[min, max]| (Value::from(min), Value::from(max))).unzip();
         let accessor = accessor(view, values.component, values.dimensions, values.count);
         self.root.push(Accessor { min, max, normalized: values.normalized, ..accessor })
@@ -130,23 +130,23 @@ impl Glb {
             let longs: Vec<_> = indices.iter().map(|index| index.to_le_bytes()).collect();
             (ComponentType::U32, longs.into_flattened())
         };
-        let view = self.numbers(&bytes, Content::Indices, if short { 2 } else { 4 });
+        let view = self.numbers(&bytes, BufferContent::Indices, if short { 2 } else { 4 });
         self.root.push(accessor(view, component, Type::Scalar, indices.len()))
     }
 
     /// Adds numbers to the buffer, compressed if this GLB is.
-    fn numbers(&mut self, bytes: &[u8], content: Content, stride: usize) -> Index<View> {
+    fn numbers(&mut self, bytes: &[u8], content: BufferContent, stride: usize) -> Index<View> {
         let (target, byte_stride) = match content {
-            Content::Vertices => (Target::ArrayBuffer, Some(Stride(stride))),
-            Content::Indices => (Target::ElementArrayBuffer, None),
+            BufferContent::Vertices => (Target::ArrayBuffer, Some(Stride(stride))),
+            BufferContent::Indices => (Target::ElementArrayBuffer, None),
         };
         let view = match self.plain_bytes {
             None => self.view(bytes, Some(target)),
             Some(before) => {
                 let count = bytes.len() / stride;
                 let (mode, coded) = match content {
-                    Content::Vertices => ("ATTRIBUTES", compressed_vertices(bytes, stride)),
-                    Content::Indices => ("TRIANGLES", compressed_indices(bytes, stride)),
+                    BufferContent::Vertices => ("ATTRIBUTES", compressed_vertices(bytes, stride)),
+                    BufferContent::Indices => ("TRIANGLES", compressed_indices(bytes, stride)),
                 };
                 let offset = self.append(&coded);
                 // The offset in a buffer of uncompressed numbers, which is described but not written.

@@ -7,7 +7,8 @@ use crate::bake::MeshRecord;
 use crate::export::options::MeshOptions;
 use crate::land::WaterKind;
 use crate::mesh::{
-    Frame, Ground, GroundVertex, PARTS, Ribbon, RibbonKind, Sheet, Surface, Waterlines, ribbons, roads_near, sheets,
+    Frame, Ground, GroundVertex, PARTS, Ribbon, RibbonKind, Surface, WaterSheet, Waterlines, ribbons, roads_near,
+    sheets,
 };
 use crate::tile::Tile;
 use crate::world::World;
@@ -25,7 +26,7 @@ pub(super) struct Modeller<'a> {
 /// A tile's mesh.
 pub(super) struct Model {
     pub land: Ground,
-    pub waters: Vec<Sheet>,
+    pub waters: Vec<WaterSheet>,
     pub ribbons: Vec<Ribbon>,
 }
 

@@ -101,11 +101,11 @@ pub(crate) struct ObjSink<'a> {
 struct Text {
     vertices: String,
     count: u32,
-    parts: Vec<Part>,
+    parts: Vec<Object>,
 }
 
 /// An object of an OBJ.
-struct Part {
+struct Object {
     name: String,
     material: String,
     faces: Vec<u32>,
@@ -235,7 +235,7 @@ impl Text {
         match self.parts.last_mut() {
             // All ribbons of a substance are one object.
             Some(part) if part.name == name => part.faces.extend(faces),
-            _ => self.parts.push(Part { name, material: material.to_owned(), faces: faces.collect() }),
+            _ => self.parts.push(Object { name, material: material.to_owned(), faces: faces.collect() }),
         }
     }
 
@@ -243,7 +243,7 @@ impl Text {
     fn write(&self, before: u64, target: &mut impl std::io::Write) -> std::io::Result<()> {
         target.write_all(self.vertices.as_bytes())?;
         let mut line = String::new();
-        for Part { name, material, faces } in &self.parts {
+        for Object { name, material, faces } in &self.parts {
             writeln!(target, "o {name}\nusemtl {material}")?;
             for triangle in faces.as_chunks::<3>().0 {
                 // Reuse one line: a face is written a million times.
@@ -270,7 +270,7 @@ impl Text {
         bytes.extend(u64::from(self.count).to_le_bytes());
         add(bytes, self.vertices.as_bytes());
         bytes.extend((self.parts.len() as u64).to_le_bytes());
-        for Part { name, material, faces } in &self.parts {
+        for Object { name, material, faces } in &self.parts {
             add(bytes, name.as_bytes());
             add(bytes, material.as_bytes());
             add(bytes, &faces.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
@@ -295,7 +295,7 @@ impl Text {
             let (name, material) = (text(bytes), text(bytes));
             let length = number(bytes);
             let faces = part(bytes, length).as_chunks().0.iter().map(|index| u32::from_le_bytes(*index)).collect();
-            Part { name, material, faces }
+            Object { name, material, faces }
         });
         let parts = parts.collect();
         Text { vertices, count, parts }

@@ -40,11 +40,11 @@ pub(super) struct RegionFile {
     /// Extensions that readers may use, and those that they need.
     extensions: (Vec<String>, Vec<String>),
     /// Numbers and pictures, if they belong into this file.
-    numbers: Option<Numbers>,
+    numbers: Option<BufferFile>,
 }
 
 /// The numbers and pictures of all tiles, one after the other.
-struct Numbers {
+struct BufferFile {
     file: BufWriter<File>,
     bytes: u64,
     /// Bytes that compressed numbers would have without compression.
@@ -97,8 +97,8 @@ impl RegionFile {
         let path = super::region_path(lod, if whole { "glb" } else { "gltf" });
         let folder = out.join(super::FOLDER);
         let spool = |name| Spool::create(name, &folder);
-        let numbers = || -> Result<Numbers, Error> {
-            Ok(Numbers { file: BufWriter::new(nameless(&folder)?), bytes: 0, plain_bytes: 0 })
+        let numbers = || -> Result<BufferFile, Error> {
+            Ok(BufferFile { file: BufWriter::new(nameless(&folder)?), bytes: 0, plain_bytes: 0 })
         };
         Ok(RegionFile {
             path,
@@ -248,7 +248,7 @@ impl RegionFile {
         Ok(FileRecord::new(record, export, file.finish()?))
     }
 
-    fn write_whole(mut self, numbers: Numbers, text: File, file: &mut PartFile) -> std::io::Result<()> {
+    fn write_whole(mut self, numbers: BufferFile, text: File, file: &mut PartFile) -> std::io::Result<()> {
         self.buffers.push(&super::glb::buffer(numbers.bytes as usize))?;
         if numbers.plain_bytes > 0 {
             self.buffers.push(&super::glb::fallback(numbers.plain_bytes as usize))?;

@@ -1,7 +1,7 @@
 //! Normal maps for meshes with few vertices: the detail that their own normals leave out.
 
 use crate::area::Area;
-use crate::mesh::{Facet, Ground, GroundVertex, PARTS, Span};
+use crate::mesh::{Facet, Ground, GroundVertex, PARTS, RowSpan};
 use crate::simd::{Kernel, Simd, dispatch};
 use crate::tile::{Normals, Tile};
 
@@ -79,7 +79,7 @@ impl Kernel for Relative<'_> {
 #[inline(always)]
 fn texels<S: Simd>(
     simd: S,
-    span: &Span,
+    span: &RowSpan,
     offset: S::F32,
     corners: &[[f32; 3]; 3],
     normal: [&[f32]; 3],

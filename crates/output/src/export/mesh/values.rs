@@ -6,7 +6,7 @@ use gltf_json::mesh::Semantic;
 use super::relative_normals::normal_at;
 
 use crate::area::Area;
-use crate::mesh::{Frame, Ground, GroundVertex, PARTS, Ribbon, Sheet};
+use crate::mesh::{Frame, Ground, GroundVertex, PARTS, Ribbon, WaterSheet};
 use crate::preset::ground::GroundSettings;
 use crate::tile::{Material, Tile};
 
@@ -222,7 +222,7 @@ fn placed(frame: &Frame, area: &Area, place: [u32; 2], height_m: f32) -> [f32; 3
 }
 
 /// Returns the surface of water as a mesh.
-pub(super) fn of_sheet(sheet: &Sheet, frame: &Frame, area: &Area) -> MeshData {
+pub(super) fn of_sheet(sheet: &WaterSheet, frame: &Frame, area: &Area) -> MeshData {
     let places = sheet.vertices.iter().map(|(place, height_m)| placed(frame, area, *place, *height_m));
     let side = ((area.width() - 1) as u32 * PARTS as u32) as f32;
     let textures = sheet.vertices.iter().map(|(place, _)| place.map(|at| at as f32 / side));

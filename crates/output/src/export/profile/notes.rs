@@ -41,20 +41,20 @@ pub(super) fn typed(number: f64) -> String {
 
 /// The place of a region in an engine: its edges in metres east and south of the origin. Two bakes with the same origin
 /// lie in the engine as they do in the world.
-struct Place {
+struct RegionPlacement {
     /// Metres east and north from the world's origin to the origin of the positions.
     origin_m: [f64; 2],
     /// The edges of the region: west, north, east and south.
     edges_m: [f64; 4],
 }
 
-impl Place {
-    fn new(region: &Region, origin: [i64; 2], spacing_m: f64) -> Place {
+impl RegionPlacement {
+    fn new(region: &Region, origin: [i64; 2], spacing_m: f64) -> RegionPlacement {
         let corner = region.at().area(region.tile_cells());
         let metres = |vertices: i64| vertices as f64 * spacing_m;
         let [west, north] = [corner.x0 - origin[0], corner.y0 - origin[1]];
         let [width, height] = [region.width(), region.height()].map(|vertices| vertices as i64 - 1);
-        Place {
+        RegionPlacement {
             origin_m: [metres(origin[0]), 0.0 - metres(origin[1])],
             edges_m: [west, north, west + width, north + height].map(metres),
         }
@@ -132,7 +132,7 @@ pub(super) fn notes(profile: Profile, request: &Request) -> String {
         sea_m: world.preset().sea_level_m,
     };
     let origin = meshes.origin.expect("a plan has one");
-    let place = Place::new(region, origin, numbers.spacing_m);
+    let place = RegionPlacement::new(region, origin, numbers.spacing_m);
     let (program, steps) = match profile {
         Profile::Blender => ("Blender", blender(region, meshes, &numbers)),
         Profile::GodotTerrain3d => ("Godot, Terrain3D", terrain3d(region, origin, &place, &numbers)),
@@ -270,7 +270,7 @@ fn typed_share(share: f64) -> String {
     shortest(share, 1e-8)
 }
 
-fn unreal(region: &Region, place: &Place, numbers: &Numbers, tiled: bool) -> String {
+fn unreal(region: &Region, place: &RegionPlacement, numbers: &Numbers, tiled: bool) -> String {
     // Landscapes of tiles without shared vertices lack the last column and row.
     let less = u64::from(tiled);
     let (width, height) = (region.width() - less, region.height() - less);
@@ -326,7 +326,7 @@ fn unreal(region: &Region, place: &Place, numbers: &Numbers, tiled: bool) -> Str
     )
 }
 
-fn unity(region: &Region, place: &Place, numbers: &Numbers) -> String {
+fn unity(region: &Region, place: &RegionPlacement, numbers: &Numbers) -> String {
     let cells = region.tile_cells();
     let side_m = f64::from(cells) * numbers.spacing_m;
     // Unity's z counts to the north, and terrains are numbered from the south.
@@ -369,7 +369,7 @@ fn unity(region: &Region, place: &Place, numbers: &Numbers) -> String {
     )
 }
 
-fn terrain3d(region: &Region, origin: [i64; 2], place: &Place, numbers: &Numbers) -> String {
+fn terrain3d(region: &Region, origin: [i64; 2], place: &RegionPlacement, numbers: &Numbers) -> String {
     let cells = u64::from(region.tile_cells());
     // Terrain3D's importer counts vertices, and a region of Terrain3D is a tile.
     let corner = region.at().area(region.tile_cells());
@@ -403,7 +403,7 @@ fn terrain3d(region: &Region, origin: [i64; 2], place: &Place, numbers: &Numbers
     )
 }
 
-fn hterrain(range_m: (f32, f32), region: &Region, place: &Place, numbers: &Numbers) -> String {
+fn hterrain(range_m: (f32, f32), region: &Region, place: &RegionPlacement, numbers: &Numbers) -> String {
     let ((min_m, max_m), scale) = (whole_range_m(range_m), hterrain_scale(range_m));
     let spacing = typed(numbers.spacing_m);
     let stretched = match scale {

@@ -17,9 +17,9 @@ use rayon::prelude::*;
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::raster::reduction::Reduction;
-use crate::export::raster::sinks::{Drawing, RasterFile, RegionWriter};
+use crate::export::raster::sinks::{ImageDrawing, RasterFile, RegionWriter};
 use crate::export::raster::statistics::Statistics;
-use crate::export::raster::tiff::{Directory, Values, head};
+use crate::export::raster::tiff::{Directory, TagValues, head};
 use crate::export::raster::writer::Sample;
 use crate::export::svg::escaped;
 use crate::file::{Finished, PartFile};
@@ -49,7 +49,7 @@ const CLASSIC: u64 = u32::MAX as u64;
 pub(super) struct CogWriter {
     sample: Sample,
     reduction: Reduction,
-    levels: Vec<Level>,
+    levels: Vec<PyramidLevel>,
     /// Temporary file of the compressed blocks. [`PartFile::finish`] is never called on it, so it is deleted with the
     /// writer.
     blocks: PartFile,
@@ -58,11 +58,11 @@ pub(super) struct CogWriter {
 }
 
 impl RegionWriter for CogWriter {
-    fn begin(drawing: &Drawing, file: &RasterFile) -> Result<CogWriter, Error> {
+    fn begin(drawing: &ImageDrawing, file: &RasterFile) -> Result<CogWriter, Error> {
         Ok(CogWriter {
             sample: drawing.image.quantity.sample,
             reduction: drawing.image.quantity.reduction,
-            levels: Level::all(file.width as usize, file.height as usize),
+            levels: PyramidLevel::all(file.width as usize, file.height as usize),
             blocks: PartFile::create(drawing.out.join(format!("{}.blocks", file.path)))?,
             written: 0,
         })
@@ -72,7 +72,7 @@ impl RegionWriter for CogWriter {
         self.push(0, line)
     }
 
-    fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
+    fn end(self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
         let finished = self.finish(drawing, file, statistics)?;
         Ok(vec![drawing.record(file, finished)])
     }
@@ -90,7 +90,7 @@ impl CogWriter {
 }
 
 /// The raster itself, or one of its overviews. Each overview has half the width and height of the level before it.
-struct Level {
+struct PyramidLevel {
     width: usize,
     height: usize,
     /// Rows that wait until there are enough for a whole row of blocks.
@@ -101,10 +101,10 @@ struct Level {
     blocks: Vec<(u64, u32)>,
 }
 
-impl Level {
+impl PyramidLevel {
     /// Returns the levels of a raster. Width and height are halved until the last level fits in one block.
-    fn all(width: usize, height: usize) -> Vec<Level> {
-        let level = |width, height| Level { width, height, rows: Vec::new(), done: 0, blocks: Vec::new() };
+    fn all(width: usize, height: usize) -> Vec<PyramidLevel> {
+        let level = |width, height| PyramidLevel { width, height, rows: Vec::new(), done: 0, blocks: Vec::new() };
         let mut levels = vec![level(width, height)];
         let (mut width, mut height) = (width, height);
         while width.max(height) > BLOCK {
@@ -161,7 +161,7 @@ impl CogWriter {
     }
 
     /// Writes the final file: header, directories, then all blocks in their final order.
-    fn finish(mut self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Finished, Error> {
+    fn finish(mut self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Finished, Error> {
         let path = drawing.out.join(&file.path);
         let failed = || Error::io(&path);
         self.blocks.flush().map_err(failed())?;
@@ -178,7 +178,7 @@ impl CogWriter {
                 .collect();
             (starts, at)
         };
-        let bytes = |level: &Level| level.blocks.iter().map(|(_, bytes)| u64::from(*bytes) + 8).sum::<u64>();
+        let bytes = |level: &PyramidLevel| level.blocks.iter().map(|(_, bytes)| u64::from(*bytes) + 8).sum::<u64>();
         let all: u64 = self.levels.iter().map(bytes).sum();
         let big = lay_out(false).1 + all > CLASSIC;
         let (starts, mut at) = lay_out(big);
@@ -215,7 +215,7 @@ impl CogWriter {
     }
 
     /// Returns the directory of a level. `first` is the offset in the file of the level's first block.
-    fn directory(&self, number: usize, drawing: &Drawing, statistics: &Statistics, first: u64) -> Directory {
+    fn directory(&self, number: usize, drawing: &ImageDrawing, statistics: &Statistics, first: u64) -> Directory {
         let level = &self.levels[number];
         let quantity = drawing.image.quantity;
         let channels = quantity.channels.len();
@@ -224,8 +224,8 @@ impl CogWriter {
             Sample::Grey16 => (16, 1),
             Sample::Grey8 | Sample::Rgb8 | Sample::Rgba8 => (8, 1),
         };
-        let each = |value: u16| Values::Shorts(vec![value; channels]);
-        let one = |value: u16| Values::Shorts(vec![value]);
+        let each = |value: u16| TagValues::Shorts(vec![value; channels]);
+        let one = |value: u16| TagValues::Shorts(vec![value]);
         let mut at = first;
         let places = level.blocks.iter().map(|(_, bytes)| {
             // The block's data begins after the four bytes of its size.
@@ -233,17 +233,17 @@ impl CogWriter {
             at += u64::from(*bytes) + 8;
             place
         });
-        let places = Values::Offsets(places.collect());
-        let sizes = Values::Longs(level.blocks.iter().map(|(_, bytes)| *bytes).collect());
+        let places = TagValues::Offsets(places.collect());
+        let sizes = TagValues::Longs(level.blocks.iter().map(|(_, bytes)| *bytes).collect());
         let is_rgb = self.sample == Sample::Rgb8;
         let mut tags = Vec::new();
         if number > 0 {
             // A reduced-resolution copy of another image.
-            tags.push((254, Values::Longs(vec![1])));
+            tags.push((254, TagValues::Longs(vec![1])));
         }
         tags.extend([
-            (256, Values::Longs(vec![level.width as u32])),
-            (257, Values::Longs(vec![level.height as u32])),
+            (256, TagValues::Longs(vec![level.width as u32])),
+            (257, TagValues::Longs(vec![level.height as u32])),
             (258, each(bits)),
             // Deflate.
             (259, one(8)),
@@ -259,7 +259,7 @@ impl CogWriter {
         ]);
         if channels > 1 && !is_rgb {
             // The channels after the first are plain data, not opacity.
-            tags.push((338, Values::Shorts(vec![0; channels - 1])));
+            tags.push((338, TagValues::Shorts(vec![0; channels - 1])));
         }
         tags.push((339, each(format)));
         if number == 0 {
@@ -269,24 +269,24 @@ impl CogWriter {
             let facts: Vec<_> = drawing.facts(None).texts().collect();
             let title = facts.iter().find(|(key, _)| *key == "Title").map_or(String::new(), |(_, title)| title.clone());
             tags.extend([
-                (270, Values::Text(ascii(&title))),
-                (305, Values::Text(generator::NAME.to_owned())),
-                (33550, Values::Doubles(vec![place.spacing_m, place.spacing_m, 0.0])),
-                (33922, Values::Doubles(vec![0.0, 0.0, 0.0, east, north, 0.0])),
-                (34735, Values::Shorts(geo_keys(plane))),
-                (34737, Values::Text(format!("{plane}|"))),
-                (42112, Values::Text(self.metadata(drawing, statistics, &facts))),
+                (270, TagValues::Text(ascii(&title))),
+                (305, TagValues::Text(generator::NAME.to_owned())),
+                (33550, TagValues::Doubles(vec![place.spacing_m, place.spacing_m, 0.0])),
+                (33922, TagValues::Doubles(vec![0.0, 0.0, 0.0, east, north, 0.0])),
+                (34735, TagValues::Shorts(geo_keys(plane))),
+                (34737, TagValues::Text(format!("{plane}|"))),
+                (42112, TagValues::Text(self.metadata(drawing, statistics, &facts))),
             ]);
             tags.sort_by_key(|(tag, _)| *tag);
         }
         if let Some(no_data) = quantity.no_data {
-            tags.push((42113, Values::Text(if no_data.is_nan() { "nan".into() } else { no_data.to_string() })));
+            tags.push((42113, TagValues::Text(if no_data.is_nan() { "nan".into() } else { no_data.to_string() })));
         }
         Directory(tags)
     }
 
     /// Returns GDAL's XML metadata: everything for which TIFF has no tag.
-    fn metadata(&self, drawing: &Drawing, statistics: &Statistics, facts: &[(&str, String)]) -> String {
+    fn metadata(&self, drawing: &ImageDrawing, statistics: &Statistics, facts: &[(&str, String)]) -> String {
         use std::fmt::Write;
         let quantity = drawing.image.quantity;
         let mut text = String::from("<GDALMetadata>");
@@ -425,7 +425,7 @@ mod tests {
     #[test]
     fn a_raster_is_halved_until_it_fits_in_a_block() {
         let sizes = |width, height| -> Vec<_> {
-            Level::all(width, height).iter().map(|level| (level.width, level.height)).collect()
+            PyramidLevel::all(width, height).iter().map(|level| (level.width, level.height)).collect()
         };
         assert_eq!(sizes(512, 3), [(512, 3)]);
         assert_eq!(sizes(1025, 513), [(1025, 513), (513, 257), (257, 129)]);

@@ -17,21 +17,21 @@ pub(crate) struct Image {
     /// True if the image is not made for a game engine. Then sidecar files tell GIS where a region's image lies, and
     /// tiles may be named after their numbers in the world.
     pub placed: bool,
-    pub layout: Layout,
+    pub layout: ImageLayout,
 }
 
 /// Naming of an image's files, their edges, and the order of their rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Layout {
+pub(crate) struct ImageLayout {
     pub naming: Naming,
-    pub edge: Edge,
+    pub edge: EdgeVertices,
     /// Order of rows in images of tiles. Images of a region always begin in the north.
     pub rows: RowOrder,
 }
 
 /// A small sidecar file beside a raster, with the metadata that the raster itself cannot hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Beside {
+pub(crate) enum Sidecar {
     /// JSON that describes a file of bare samples: size, sample type, order of bytes and rows, and range of heights.
     Json,
     /// World file: the position of a picture, for nearly every GIS.
@@ -40,14 +40,14 @@ pub(crate) enum Beside {
     Auxiliary,
 }
 
-impl Beside {
+impl Sidecar {
     /// Returns the path of this file beside a raster.
     pub fn path(self, raster: &str) -> String {
         match self {
-            Beside::Json => format!("{raster}.json"),
+            Sidecar::Json => format!("{raster}.json"),
             // The extension of a world file is the first and last letter of the picture's extension, and a w.
-            Beside::WorldFile => raster.strip_suffix("png").expect("pictures are PNGs").to_owned() + "pgw",
-            Beside::Auxiliary => format!("{raster}.aux.xml"),
+            Sidecar::WorldFile => raster.strip_suffix("png").expect("pictures are PNGs").to_owned() + "pgw",
+            Sidecar::Auxiliary => format!("{raster}.aux.xml"),
         }
     }
 }
@@ -63,7 +63,7 @@ pub(crate) enum Naming {
 
 /// Treatment of the vertices on the eastern and southern edges of a tile or region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Edge {
+pub(crate) enum EdgeVertices {
     /// Edges are included, so neighbouring tiles share the vertices between them: one vertex more than cells on each
     /// side.
     Shared,
@@ -91,23 +91,23 @@ impl Naming {
 impl Image {
     /// Creates an image of a region in the usual layout: shared edges, and rows and names from the north-west.
     pub const fn new(stem: &'static str, quantity: &'static Quantity, encoding: Encoding) -> Image {
-        let layout = Layout { naming: Naming::Marked, edge: Edge::Shared, rows: RowOrder::FromNorth };
+        let layout = ImageLayout { naming: Naming::Marked, edge: EdgeVertices::Shared, rows: RowOrder::FromNorth };
         Image { stem, quantity, encoding, tiles: false, placed: false, layout }
     }
 
     /// Returns this image without the vertices of the eastern and southern edges.
     pub const fn owned_only(self) -> Image {
-        Image { layout: Layout { edge: Edge::Owned, ..self.layout }, ..self }
+        Image { layout: ImageLayout { edge: EdgeVertices::Owned, ..self.layout }, ..self }
     }
 
     /// Returns this image with file names that count tiles from the south-west.
     pub const fn named_from_south(self) -> Image {
-        Image { layout: Layout { naming: Naming::Bare, ..self.layout }, ..self }
+        Image { layout: ImageLayout { naming: Naming::Bare, ..self.layout }, ..self }
     }
 
     /// Returns this image with the southernmost row first.
     pub const fn upside_down(self) -> Image {
-        Image { layout: Layout { rows: RowOrder::FromSouth, ..self.layout }, ..self }
+        Image { layout: ImageLayout { rows: RowOrder::FromSouth, ..self.layout }, ..self }
     }
 
     /// Returns the path in the bake's folder of the tile's file at a place or, with `None`, of the region's file.
@@ -125,11 +125,11 @@ impl Image {
     }
 
     /// Returns the sidecar files of this image.
-    pub const fn beside(&self) -> &'static [Beside] {
+    pub const fn beside(&self) -> &'static [Sidecar] {
         match (self.encoding, self.placed && !self.tiles) {
-            (Encoding::R16, _) => &[Beside::Json],
-            (Encoding::Png, true) => &[Beside::WorldFile, Beside::Auxiliary],
-            (Encoding::Exr, true) => &[Beside::Auxiliary],
+            (Encoding::R16, _) => &[Sidecar::Json],
+            (Encoding::Png, true) => &[Sidecar::WorldFile, Sidecar::Auxiliary],
+            (Encoding::Exr, true) => &[Sidecar::Auxiliary],
             _ => &[],
         }
     }
@@ -137,8 +137,8 @@ impl Image {
     /// Returns the width and height in pixels of an image of the whole region.
     pub fn size(&self, region: &Region) -> (u64, u64) {
         let less = match self.layout.edge {
-            Edge::Shared => 0,
-            Edge::Owned => 1,
+            EdgeVertices::Shared => 0,
+            EdgeVertices::Owned => 1,
         };
         (region.width() - less, region.height() - less)
     }
@@ -147,10 +147,10 @@ impl Image {
     pub fn owned(&self, region: &Region, place: Place) -> (usize, usize) {
         let cells = region.tile_cells() as usize;
         match (self.layout.edge, self.tiles) {
-            (Edge::Owned, _) => (cells, cells),
-            (Edge::Shared, true) => (cells + 1, cells + 1),
+            (EdgeVertices::Owned, _) => (cells, cells),
+            (EdgeVertices::Shared, true) => (cells + 1, cells + 1),
             // A raster of the region has one pixel per vertex, so only one of two tiles gives their shared edge.
-            (Edge::Shared, false) => region.owned(place),
+            (EdgeVertices::Shared, false) => region.owned(place),
         }
     }
 }

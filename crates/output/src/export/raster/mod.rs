@@ -32,7 +32,7 @@ use crate::error::Error;
 use crate::export::format::{Format, FormatCost, Lack, Request, accumulation_bytes, file_name, folder};
 use crate::export::options::TileNames;
 use crate::export::raster::cog::CogWriter;
-use crate::export::raster::image::{Beside, Image};
+use crate::export::raster::image::{Image, Sidecar};
 use crate::export::raster::product::NAMED;
 use crate::export::raster::quantity::{MAP, Paint, Quantity};
 use crate::export::raster::sinks::{RegionRaster, TileRasters};
@@ -52,7 +52,7 @@ pub(crate) struct Rasters {
 }
 
 /// A raster of the whole region whose position GIS can read.
-pub(super) struct Layer {
+pub(super) struct RasterLayer {
     pub name: &'static str,
     /// Path in the bake's folder.
     pub path: String,
@@ -63,7 +63,7 @@ pub(super) struct Layer {
 
 /// Returns the rasters of the whole region, among those of some exports, whose position GIS can read. If both a PNG and
 /// a GeoTIFF have the same name, the GeoTIFF is taken.
-pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
+pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<RasterLayer> {
     let exports: Vec<&str> = exports.collect();
     let placed = |format: &&Rasters| format.placed && !format.tiles && exports.contains(&format.name);
     let images = NAMED.iter().filter(placed).flat_map(Rasters::images);
@@ -74,7 +74,7 @@ pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<Layer> {
     images.dedup_by_key(|image| image.stem);
     let layer = |image: &Image| {
         let path = format!("{}.{}", image.stem, image.encoding.extension());
-        Layer {
+        RasterLayer {
             name: file_name(image.stem),
             path,
             channels: image.quantity.channels.len(),
@@ -185,7 +185,7 @@ impl Format for Rasters {
         let files = self.images().flat_map(|image| {
             let file = image.file(region, image.tiles.then_some(place), names);
             // Of the sidecars only the JSON files are listed. The others are for GIS alone.
-            let sidecar = image.beside().contains(&Beside::Json).then(|| Beside::Json.path(&file));
+            let sidecar = image.beside().contains(&Sidecar::Json).then(|| Sidecar::Json.path(&file));
             [file].into_iter().chain(sidecar)
         });
         files.collect()

@@ -14,7 +14,7 @@ use crate::export::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
 use crate::tile::Growth;
 
 /// A product: a raster or set of rasters that users ask for by name, and get in one of its containers.
-struct Product {
+struct RasterProduct {
     name: &'static str,
     about: &'static str,
     images: &'static [Image],
@@ -30,8 +30,8 @@ struct GeoTiffs {
     images: &'static [Image],
 }
 
-static PRODUCTS: [Product; 17] = [
-    Product {
+static PRODUCTS: [RasterProduct; 17] = [
+    RasterProduct {
         name: "height",
         about: "16-bit grey PNG of the region, over the world's height range",
         images: &[Image::new("height/height", &HEIGHT_STEPS, Png)],
@@ -42,21 +42,21 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("height/height", &HEIGHT, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "exr",
         about: "heights in metres as 32-bit float OpenEXR",
         images: &[Image::new("height/height", &HEIGHT, Exr)],
         a_tile: "an EXR",
         geotiff: None,
     },
-    Product {
+    RasterProduct {
         name: "r16",
         about: "16-bit little-endian heights without a header, and a JSON sidecar",
         images: &[Image::new("height/height", &HEIGHT_STEPS, R16)],
         a_tile: "a pair",
         geotiff: None,
     },
-    Product {
+    RasterProduct {
         name: "blend",
         about: "two RGBA PNGs: grass, dirt, rock, sand; snow, forest, scree, wetland",
         images: &[
@@ -73,7 +73,7 @@ static PRODUCTS: [Product; 17] = [
             ],
         }),
     },
-    Product {
+    RasterProduct {
         name: "normal",
         about: "normal map, RGB PNG in the OpenGL convention (green is north)",
         images: &[Image::new("normal/normal", &NORMAL, Png)],
@@ -84,7 +84,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("normal/normal", &NORMAL, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "map",
         about: "top-down picture of the region, RGB PNG",
         images: &[Image::new("map/map", &MAP, Png)],
@@ -95,7 +95,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("map/map", &MAP, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "colour",
         about: "colour of the ground without light, RGB PNG",
         images: &[Image::new("colour/colour", &COLOUR, Png)],
@@ -106,7 +106,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("colour/colour", &COLOUR, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "water",
         about: "where water is, 8-bit grey PNG: 64 river, 128 lake, 255 sea",
         images: &[Image::new("water/water", &WATER, Png)],
@@ -117,7 +117,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("water/water", &WATER, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "depth",
         about: "depth of the water in metres as 32-bit float OpenEXR",
         images: &[Image::new("water/depth", &WATER_DEPTH, Exr)],
@@ -128,7 +128,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("water/depth", &WATER_DEPTH, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "flow",
         about: "discharge of the rivers in m3/s as 32-bit float OpenEXR",
         images: &[Image::new("water/flow", &FLOW, Exr)],
@@ -139,7 +139,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("water/flow", &FLOW, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "slope",
         about: "how steep the ground is, 8-bit grey PNG: 0 level, 255 upright",
         images: &[Image::new("slope/slope", &SLOPE_GREY, Png)],
@@ -150,7 +150,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("slope/slope", &SLOPE, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "aspect",
         about: "which way the ground falls, 8-bit grey PNG: 0 level, 1 north, 64 east, 128 south, 192 west",
         images: &[Image::new("aspect/aspect", &ASPECT_GREY, Png)],
@@ -161,7 +161,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("aspect/aspect", &ASPECT, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "steepness",
         about: "the thesis' blend factor by slope, 8-bit grey PNG: 0 level, 255 as steep as bare rock",
         images: &[Image::new("steepness/steepness", &STEEPNESS_GREY, Png)],
@@ -172,7 +172,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("steepness/steepness", &STEEPNESS, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "curvature",
         about: "ridges and hollows, 8-bit grey PNG: 128 flat, lighter on ridges",
         images: &[Image::new("curvature/curvature", &CURVATURE_GREY, Png)],
@@ -183,7 +183,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("curvature/curvature", &CURVATURE, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "accumulation",
         about: "how much land drains through each vertex, 8-bit grey PNG of the logarithm",
         images: &[Image::new("accumulation/accumulation", &ACCUMULATION_GREY, Png)],
@@ -194,7 +194,7 @@ static PRODUCTS: [Product; 17] = [
             images: &[Image::new("accumulation/accumulation", &ACCUMULATION, GeoTiff)],
         }),
     },
-    Product {
+    RasterProduct {
         name: "wetness",
         about: "topographic wetness index, 8-bit grey PNG: 255 is 20 and open water",
         images: &[Image::new("wetness/wetness", &WETNESS_GREY, Png)],
@@ -206,7 +206,7 @@ static PRODUCTS: [Product; 17] = [
         }),
     },
     // One image per kind of object, since scatter tools take one mask for each kind that they plant.
-    Product {
+    RasterProduct {
         name: "scatter",
         about: "how densely trees, shrubs, grass and rocks stand, an 8-bit grey PNG each",
         images: &[
@@ -225,7 +225,7 @@ static PRODUCTS: [Product; 17] = [
 pub(in crate::export) static NAMED: LazyLock<Vec<Rasters>> = LazyLock::new(|| {
     let rasters = |name, about, tiles, images| Rasters { name, about, tiles, placed: true, images };
     let files = PRODUCTS.iter().flat_map(|product| {
-        let Product { name, about, images, a_tile, .. } = *product;
+        let RasterProduct { name, about, images, a_tile, .. } = *product;
         // The leak is harmless: these texts are made once, and live as long as the program, like the table.
         let [of_tiles, about_tiles] = [format!("{name}-tiles"), format!("the same, {a_tile} a tile")].map(String::leak);
         [rasters(name, about, false, images), rasters(of_tiles, about_tiles, true, images)]

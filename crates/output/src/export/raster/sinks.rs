@@ -14,17 +14,17 @@ use crate::export::locked;
 use crate::export::options::TileNames;
 use crate::export::raster::auxiliary::auxiliary;
 use crate::export::raster::facts::{Facts, Shown};
-use crate::export::raster::image::{Beside, Image, RowOrder};
+use crate::export::raster::image::{Image, RowOrder, Sidecar};
 use crate::export::raster::painter::Painter;
 use crate::export::raster::statistics::Statistics;
-use crate::export::raster::writer::{Encoding, Form, RasterWriter};
+use crate::export::raster::writer::{Encoding, RasterForm, RasterWriter};
 use crate::file::{Finished, write_whole};
 use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
 /// One image of a format, with everything that its files have in common.
-pub(super) struct Drawing<'a> {
+pub(super) struct ImageDrawing<'a> {
     export: &'static str,
     pub image: Image,
     pub painter: Painter<'a>,
@@ -36,11 +36,11 @@ pub(super) struct Drawing<'a> {
     pub out: PathBuf,
 }
 
-impl<'a> Drawing<'a> {
-    pub fn new(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> Drawing<'a> {
+impl<'a> ImageDrawing<'a> {
+    pub fn new(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> ImageDrawing<'a> {
         let Request { name, world, region, .. } = *request;
         let shown = Shown { preset_name: name.to_owned(), seed: world.seed(), region, is_walk: request.walk.is_some() };
-        Drawing {
+        ImageDrawing {
             export,
             image,
             painter: Painter::new(world, image.quantity, image.encoding, request.height_range_m),
@@ -81,24 +81,24 @@ impl<'a> Drawing<'a> {
 /// Writer of a region's file, line by line from north to south.
 pub(super) trait RegionWriter: Send + Sized {
     /// Begins the file in the folder of the bake.
-    fn begin(drawing: &Drawing, file: &RasterFile) -> Result<Self, Error>;
+    fn begin(drawing: &ImageDrawing, file: &RasterFile) -> Result<Self, Error>;
 
     /// Writes the next line of samples.
     fn write_line(&mut self, line: &[u8]) -> Result<(), Error>;
 
     /// Ends the file with the statistics of all its samples, and writes its sidecar files.
-    fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error>;
+    fn end(self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error>;
 }
 
 /// One raster of the whole region.
 pub(super) struct RegionRaster<'a, W> {
-    drawing: Drawing<'a>,
+    drawing: ImageDrawing<'a>,
     file: RasterFile,
-    under_way: Mutex<Option<UnderWay<W>>>,
+    under_way: Mutex<Option<OpenRaster<W>>>,
 }
 
 /// A file that is being written, and the statistics of its samples so far.
-struct UnderWay<W> {
+struct OpenRaster<W> {
     writer: W,
     statistics: Statistics,
 }
@@ -111,9 +111,9 @@ impl<'a, W: RegionWriter> RegionRaster<'a, W> {
         image: Image,
         out: &Path,
     ) -> Result<RegionRaster<'a, W>, Error> {
-        let drawing = Drawing::new(request, export, image, out);
+        let drawing = ImageDrawing::new(request, export, image, out);
         let file = RasterFile::of_region(&drawing);
-        let under_way = UnderWay { writer: W::begin(&drawing, &file)?, statistics: Statistics::default() };
+        let under_way = OpenRaster { writer: W::begin(&drawing, &file)?, statistics: Statistics::default() };
         Ok(RegionRaster { drawing, file, under_way: Mutex::new(Some(under_way)) })
     }
 }
@@ -129,7 +129,7 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
 
     fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
         let mut under_way = locked(&self.under_way);
-        let UnderWay { writer, statistics } = under_way.as_mut().expect("rows come before the end");
+        let OpenRaster { writer, statistics } = under_way.as_mut().expect("rows come before the end");
         let image = &self.drawing.image;
         let sample = image.quantity.sample;
         // Viewers stretch greys over the range of the samples. With statistics at hand they need not read all samples.
@@ -143,13 +143,13 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let UnderWay { writer, statistics } = locked(&self.under_way).take().expect("a sink ends once");
+        let OpenRaster { writer, statistics } = locked(&self.under_way).take().expect("a sink ends once");
         writer.end(&self.drawing, &self.file, &statistics)
     }
 }
 
 impl RegionWriter for RasterWriter {
-    fn begin(drawing: &Drawing, file: &RasterFile) -> Result<RasterWriter, Error> {
+    fn begin(drawing: &ImageDrawing, file: &RasterFile) -> Result<RasterWriter, Error> {
         file.begin(drawing)
     }
 
@@ -157,12 +157,12 @@ impl RegionWriter for RasterWriter {
         self.write_rows(line)
     }
 
-    fn end(self, drawing: &Drawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
+    fn end(self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
         file.end(drawing, self, Some(statistics))
     }
 }
 
-impl Drawing<'_> {
+impl ImageDrawing<'_> {
     /// Returns the samples of a tile, which a raster of the region keeps until it writes the row of tiles.
     fn piece(&self, tile: &Tile, place: Place) -> Kept {
         let (cols, rows) = self.image.owned(&self.region, place);
@@ -200,13 +200,13 @@ impl Drawing<'_> {
 
 /// One raster per tile, each written by the thread that made the tile.
 pub(crate) struct TileRasters<'a> {
-    drawing: Drawing<'a>,
+    drawing: ImageDrawing<'a>,
 }
 
 impl<'a> TileRasters<'a> {
     /// Creates the sink of rasters in the bake's folder.
     pub fn create(request: &Request<'a>, export: &'static str, image: Image, out: &Path) -> TileRasters<'a> {
-        TileRasters { drawing: Drawing::new(request, export, image, out) }
+        TileRasters { drawing: ImageDrawing::new(request, export, image, out) }
     }
 }
 
@@ -216,7 +216,7 @@ impl Sink for TileRasters<'_> {
     }
 
     fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
-        let Drawing { image, painter, region, names, .. } = &self.drawing;
+        let ImageDrawing { image, painter, region, names, .. } = &self.drawing;
         let (cols, rows) = image.owned(region, place);
         let path = image.file(region, Some(place), *names);
         let file = RasterFile { path, width: cols as u64, height: rows as u64, tile: Some(tile.id()) };
@@ -242,7 +242,7 @@ impl Sink for TileRasters<'_> {
 
 /// JSON sidecar that describes a file of bare samples, which has no header.
 #[derive(Serialize)]
-struct Sidecar {
+struct JsonSidecar {
     width: u64,
     height: u64,
     sample: &'static str,
@@ -264,14 +264,14 @@ pub(super) struct RasterFile {
 
 impl RasterFile {
     /// Returns the file of a whole region.
-    pub fn of_region(Drawing { image, region, .. }: &Drawing) -> RasterFile {
+    pub fn of_region(ImageDrawing { image, region, .. }: &ImageDrawing) -> RasterFile {
         let (width, height) = image.size(region);
         RasterFile { path: image.file(region, None, TileNames::default()), width, height, tile: None }
     }
 
-    fn begin(&self, drawing: &Drawing) -> Result<RasterWriter, Error> {
+    fn begin(&self, drawing: &ImageDrawing) -> Result<RasterWriter, Error> {
         let image = &drawing.image;
-        let form = Form {
+        let form = RasterForm {
             encoding: image.encoding,
             sample: image.quantity.sample,
             size: (self.width, self.height),
@@ -285,7 +285,7 @@ impl RasterFile {
     /// Ends the file, and writes its sidecar files. Only rasters of a region have statistics.
     fn end(
         &self,
-        drawing: &Drawing,
+        drawing: &ImageDrawing,
         writer: RasterWriter,
         statistics: Option<&Statistics>,
     ) -> Result<Vec<FileRecord>, Error> {
@@ -293,9 +293,9 @@ impl RasterFile {
         for beside in drawing.image.beside() {
             let path = beside.path(&self.path);
             let text = match beside {
-                Beside::Json => self.sidecar(drawing),
-                Beside::WorldFile => drawing.georeference(self.tile).world_file(),
-                Beside::Auxiliary => {
+                Sidecar::Json => self.sidecar(drawing),
+                Sidecar::WorldFile => drawing.georeference(self.tile).world_file(),
+                Sidecar::Auxiliary => {
                     let place = drawing.georeference(self.tile);
                     auxiliary(&drawing.plane, place, drawing.image.quantity, drawing.painter.range_m(), statistics)
                 }
@@ -306,9 +306,9 @@ impl RasterFile {
         Ok(records)
     }
 
-    fn sidecar(&self, Drawing { painter, spacing_m, .. }: &Drawing) -> String {
+    fn sidecar(&self, ImageDrawing { painter, spacing_m, .. }: &ImageDrawing) -> String {
         let (min_m, max_m) = painter.range_m();
-        let sidecar = Sidecar {
+        let sidecar = JsonSidecar {
             width: self.width,
             height: self.height,
             sample: "u16",

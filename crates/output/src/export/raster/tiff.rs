@@ -5,7 +5,7 @@
 
 /// The values of a tag.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Values {
+pub(super) enum TagValues {
     /// A text in ASCII, without the zero byte that ends it in the file.
     Text(String),
     Shorts(Vec<u16>),
@@ -15,19 +15,23 @@ pub(super) enum Values {
     Offsets(Vec<u64>),
 }
 
-impl Values {
+impl TagValues {
     /// Returns TIFF's number of the values' type, the number of values, and their bytes.
     fn encoded(&self, big: bool) -> (u16, u64, Vec<u8>) {
         match self {
-            Values::Text(text) => (2, text.len() as u64 + 1, [text.as_bytes(), &[0]].concat()),
-            Values::Shorts(shorts) => (3, shorts.len() as u64, shorts.iter().flat_map(|it| it.to_le_bytes()).collect()),
-            Values::Longs(longs) => (4, longs.len() as u64, longs.iter().flat_map(|it| it.to_le_bytes()).collect()),
-            Values::Doubles(reals) => (12, reals.len() as u64, reals.iter().flat_map(|it| it.to_le_bytes()).collect()),
-            Values::Offsets(places) if big => {
+            TagValues::Text(text) => (2, text.len() as u64 + 1, [text.as_bytes(), &[0]].concat()),
+            TagValues::Shorts(shorts) => {
+                (3, shorts.len() as u64, shorts.iter().flat_map(|it| it.to_le_bytes()).collect())
+            }
+            TagValues::Longs(longs) => (4, longs.len() as u64, longs.iter().flat_map(|it| it.to_le_bytes()).collect()),
+            TagValues::Doubles(reals) => {
+                (12, reals.len() as u64, reals.iter().flat_map(|it| it.to_le_bytes()).collect())
+            }
+            TagValues::Offsets(places) if big => {
                 (16, places.len() as u64, places.iter().flat_map(|it| it.to_le_bytes()).collect())
             }
             // The caller has checked that the offsets fit into 32 bits.
-            Values::Offsets(places) => {
+            TagValues::Offsets(places) => {
                 (4, places.len() as u64, places.iter().flat_map(|it| (*it as u32).to_le_bytes()).collect())
             }
         }
@@ -36,7 +40,7 @@ impl Values {
 
 /// A directory: its tags and their values, in ascending order of the tags.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Directory(pub Vec<(u16, Values)>);
+pub(super) struct Directory(pub Vec<(u16, TagValues)>);
 
 /// Returns the bytes of a file's header: the magic number, and the offset of the first directory.
 pub(super) fn head(big: bool, first: u64) -> Vec<u8> {

@@ -101,7 +101,7 @@ impl Sample {
 }
 
 /// Description of a raster file that is to be written.
-pub(crate) struct Form<'a> {
+pub(crate) struct RasterForm<'a> {
     pub encoding: Encoding,
     pub sample: Sample,
     /// Width and height in pixels, each at most [`Encoding::max_side`].
@@ -123,7 +123,7 @@ pub(crate) enum RasterWriter {
 
 impl RasterWriter {
     /// Begins a raster file.
-    pub fn create(path: PathBuf, form: &Form) -> Result<RasterWriter, Error> {
+    pub fn create(path: PathBuf, form: &RasterForm) -> Result<RasterWriter, Error> {
         let (width, height) = form.size;
         let narrow = |side: u64| u32::try_from(side).expect("the plan has checked the size");
         let file = PartFile::create(path.clone())?;

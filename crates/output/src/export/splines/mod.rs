@@ -34,7 +34,7 @@ use crate::export::format::{Format, FormatCost, Request};
 use crate::export::locked;
 use crate::export::vector::{FeatureStore, around, of_features};
 use crate::features::Value;
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::features::splines::{SPLINES, carried};
 use crate::file::{PartFile, write_whole};
 use crate::geometry::come_along;
@@ -144,7 +144,7 @@ impl<'a> SplineSink<'a> {
     fn add(&self, files: &mut Files, layer: usize, values: &[Value], line: &[Vec<[f64; 3]>]) -> Result<(), Error> {
         let [points, of_points] = line else { unreachable!("a spline has its points and their values") };
         let Some(whole) = Whole::new(points, of_points) else { return Ok(()) };
-        let parts = whole.parts(|line| around(&self.region, self.spacing_m).clip(Shape::LineZ, vec![line]));
+        let parts = whole.parts(|line| around(&self.region, self.spacing_m).clip(GeometryType::LineZ, vec![line]));
         let last = (whole.points.len() - 1) as f64;
         for (number, part) in parts.iter().enumerate() {
             let is_whole = part[0] == 0.0 && part[part.len() - 1] == last;
@@ -212,7 +212,7 @@ struct Whole {
 }
 
 /// A knot of a curve.
-struct Knot {
+struct SplineKnot {
     /// Metres east, north and up.
     at: [f64; 3],
     width_m: f64,
@@ -247,7 +247,7 @@ impl Whole {
         places.map(grows).filter(|part| part.len() > 1).collect()
     }
 
-    fn at(&self, at: f64) -> Knot {
+    fn at(&self, at: f64) -> SplineKnot {
         let index = (at as usize).min(self.points.len() - 2);
         let share = at - index as f64;
         let mix = |a: f64, b: f64| a + (b - a) * share;
@@ -259,7 +259,7 @@ impl Whole {
             _ if here[2] == next[2] => here[2],
             _ => 0.0,
         };
-        Knot {
+        SplineKnot {
             at: [0, 1, 2].map(|axis| mix(self.points[index][axis], self.points[index + 1][axis])),
             width_m: mix(here[0], next[0]),
             along_m: mix(self.along_m[index], self.along_m[index + 1]),
@@ -269,7 +269,7 @@ impl Whole {
     }
 
     /// Returns the knots of a part.
-    fn knots(&self, part: &[f64]) -> Vec<Knot> {
+    fn knots(&self, part: &[f64]) -> Vec<SplineKnot> {
         let points: Vec<[f64; 3]> = part.iter().map(|at| self.at(*at).at).collect();
         // A structure begins and ends at a knot.
         let carriers: Vec<Option<StructureKind>> = part.iter().map(|at| self.at(*at).carrier).collect();
@@ -295,7 +295,7 @@ struct Spline<'a> {
     values: &'a [Value],
     number: usize,
     is_whole: bool,
-    knots: Vec<Knot>,
+    knots: Vec<SplineKnot>,
     origin_m: [f64; 2],
 }
 
@@ -305,7 +305,7 @@ impl Spline<'_> {
     }
 
     /// Returns metres east, up and south of the meshes' origin, the width, and the distance along the line.
-    fn numbers(&self, knot: &Knot) -> [f64; 5] {
+    fn numbers(&self, knot: &SplineKnot) -> [f64; 5] {
         let [east, north, up] = knot.at;
         [east - self.origin_m[0], up, self.origin_m[1] - north, knot.width_m, knot.along_m]
     }

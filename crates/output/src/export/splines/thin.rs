@@ -23,26 +23,27 @@ const MOST_RATIO: f64 = 3.0;
 /// Number of steps along a span at whose ends curve and line are compared.
 const LOOKS: u32 = 16;
 
-type Place = [f64; 3];
+type Position = [f64; 3];
 
-fn mix(a: Place, b: Place, share: f64) -> Place {
+fn mix(a: Position, b: Position, share: f64) -> Position {
     [0, 1, 2].map(|axis| a[axis] + (b[axis] - a[axis]) * share)
 }
 
-fn distance(a: Place, b: Place) -> f64 {
+fn distance(a: Position, b: Position) -> f64 {
     [0, 1, 2].map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).iter().sum::<f64>().sqrt()
 }
 
 /// Returns the distance from a place to the straight line between two places.
-fn distance_to_piece(place: Place, [from, to]: [Place; 2]) -> f64 {
-    let dot = |a: Place, b: Place| (0..3).map(|axis| (a[axis] - from[axis]) * (b[axis] - from[axis])).sum::<f64>();
+fn distance_to_piece(place: Position, [from, to]: [Position; 2]) -> f64 {
+    let dot =
+        |a: Position, b: Position| (0..3).map(|axis| (a[axis] - from[axis]) * (b[axis] - from[axis])).sum::<f64>();
     let square = dot(to, to);
     let share = if square > 0.0 { (dot(place, to) / square).clamp(0.0, 1.0) } else { 0.0 };
     distance(place, mix(from, to, share))
 }
 
 /// Returns the place of the curve at a share of the span from the second of four knots to the third.
-pub(super) fn on_curve([before, from, to, after]: [Place; 4], share: f64) -> Place {
+pub(super) fn on_curve([before, from, to, after]: [Position; 4], share: f64) -> Position {
     let (square, cube) = (share * share, share * share * share);
     [0, 1, 2].map(|axis| {
         let [a, b] = [(to[axis] - before[axis]) / 2.0, (after[axis] - from[axis]) / 2.0];
@@ -54,8 +55,8 @@ pub(super) fn on_curve([before, from, to, after]: [Place; 4], share: f64) -> Pla
 }
 
 /// Returns the four knots that shape the curve of a span.
-pub(super) fn around(knots: &[Place], span: usize) -> [Place; 4] {
-    let mirrored = |of: Place, at: Place| [0, 1, 2].map(|axis| 2.0 * at[axis] - of[axis]);
+pub(super) fn around(knots: &[Position], span: usize) -> [Position; 4] {
+    let mirrored = |of: Position, at: Position| [0, 1, 2].map(|axis| 2.0 * at[axis] - of[axis]);
     let [from, to] = [knots[span], knots[span + 1]];
     let before = if span > 0 { knots[span - 1] } else { mirrored(to, from) };
     let after = knots.get(span + 2).copied().unwrap_or_else(|| mirrored(from, to));
@@ -65,13 +66,13 @@ pub(super) fn around(knots: &[Place], span: usize) -> [Place; 4] {
 /// A line whose knots are sought. Positions on it are numbers: a whole number is a point, a fraction the share of the
 /// way to the next one.
 struct Thinned<'a> {
-    points: &'a [Place],
+    points: &'a [Position],
     /// Metres from the start to each point.
     come_m: Vec<f64>,
 }
 
 impl Thinned<'_> {
-    fn place(&self, at: f64) -> Place {
+    fn place(&self, at: f64) -> Position {
         let index = (at as usize).min(self.points.len() - 2);
         mix(self.points[index], self.points[index + 1], at - index as f64)
     }
@@ -82,7 +83,7 @@ impl Thinned<'_> {
     }
 
     /// Returns the points between two positions, together with the positions themselves.
-    fn between(&self, from: f64, to: f64) -> Vec<Place> {
+    fn between(&self, from: f64, to: f64) -> Vec<Position> {
         let inner = (from.floor() as usize + 1)..(to.ceil() as usize);
         let inner = inner.map(|index| self.points[index]);
         std::iter::once(self.place(from)).chain(inner).chain([self.place(to)]).collect()
@@ -111,11 +112,13 @@ impl Thinned<'_> {
     fn is_near(&self, knots: &[f64], span: usize) -> bool {
         // The four knots that shape the curve of the span.
         let first = span.saturating_sub(1);
-        let places: Vec<Place> = knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
+        let places: Vec<Position> =
+            knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
         let corners = around(&places, span - first);
-        let curve: Vec<Place> = (0..=LOOKS).map(|look| on_curve(corners, f64::from(look) / f64::from(LOOKS))).collect();
+        let curve: Vec<Position> =
+            (0..=LOOKS).map(|look| on_curve(corners, f64::from(look) / f64::from(LOOKS))).collect();
         let line = self.between(knots[span], knots[span + 1]);
-        let reaches = |places: &[Place], line: &[Place]| {
+        let reaches = |places: &[Position], line: &[Position]| {
             places
                 .iter()
                 .all(|place| line.windows(2).any(|piece| distance_to_piece(*place, [piece[0], piece[1]]) <= CHOSEN_M))
@@ -183,7 +186,7 @@ impl Thinned<'_> {
 /// Returns the knots of a line as positions on it, from the first point to the last; all `fixed` points are among them.
 ///
 /// The line has at least two points, and no two in a row are the same.
-pub(super) fn thinned(points: &[Place], fixed: &[bool]) -> Vec<f64> {
+pub(super) fn thinned(points: &[Position], fixed: &[bool]) -> Vec<f64> {
     let come_m = come(points.windows(2).map(|pair| distance(pair[0], pair[1])));
     let line = Thinned { points, come_m };
     let last = points.len() - 1;
@@ -197,9 +200,9 @@ pub(super) fn thinned(points: &[Place], fixed: &[bool]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn curve(points: &[Place], knots: &[f64]) -> Vec<Place> {
+    fn curve(points: &[Position], knots: &[f64]) -> Vec<Position> {
         let line = Thinned { points, come_m: come(points.windows(2).map(|pair| distance(pair[0], pair[1]))) };
-        let places: Vec<Place> = knots.iter().map(|at| line.place(*at)).collect();
+        let places: Vec<Position> = knots.iter().map(|at| line.place(*at)).collect();
         let spans = 0..knots.len() - 1;
         spans
             .flat_map(|span| (0..=64).map(move |look| (span, f64::from(look) / 64.0)))
@@ -207,8 +210,8 @@ mod tests {
             .collect()
     }
 
-    fn furthest(places: &[Place], line: &[Place]) -> f64 {
-        let to_line = |place: &Place| {
+    fn furthest(places: &[Position], line: &[Position]) -> f64 {
+        let to_line = |place: &Position| {
             line.windows(2).map(|pair| distance_to_piece(*place, [pair[0], pair[1]])).fold(f64::INFINITY, f64::min)
         };
         places.iter().map(to_line).fold(0.0, f64::max)
@@ -216,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_straight_line_has_its_ends() {
-        let points: Vec<Place> = (0..50).map(|index| [f64::from(index) * 20.0, 3.0, f64::from(index)]).collect();
+        let points: Vec<Position> = (0..50).map(|index| [f64::from(index) * 20.0, 3.0, f64::from(index)]).collect();
         assert_eq!(thinned(&points, &[false; 50]), [0.0, 49.0]);
     }
 
@@ -227,7 +230,7 @@ mod tests {
         // The line goes back the way that it came.
         let hairpin = |index: i32| [200.0 - f64::from((index - 20).abs()) * 10.0, f64::from(index / 20), 0.0];
         for line in [wave, corner, hairpin] {
-            let points: Vec<Place> = (0..=40).map(line).collect();
+            let points: Vec<Position> = (0..=40).map(line).collect();
             let mut fixed = [false; 41];
             (fixed[7], fixed[8]) = (true, true);
             let knots = thinned(&points, &fixed);

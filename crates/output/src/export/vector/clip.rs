@@ -1,6 +1,6 @@
 //! Features cut off at the edge of a rectangle.
 
-use crate::features::layer::{Geometry, Shape};
+use crate::features::layer::{Geometry, GeometryType};
 
 /// A rectangle in metres east and north. The standards call the bounding box of geometries an envelope.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,18 +33,18 @@ impl Envelope {
 
     /// Returns the parts of a feature that lie inside, from its start on: lines are cut, polygons closed along the
     /// edge.
-    pub fn clip(&self, shape: Shape, geometry: Geometry) -> Vec<Geometry> {
+    pub fn clip(&self, shape: GeometryType, geometry: Geometry) -> Vec<Geometry> {
         let around = Envelope::of(&geometry);
         // Most features lie inside as a whole.
         if self.and(around) == *self {
             return vec![geometry];
         }
         match shape {
-            Shape::Point => Vec::new(),
-            Shape::Line | Shape::LineZ => {
+            GeometryType::Point => Vec::new(),
+            GeometryType::Line | GeometryType::LineZ => {
                 geometry.iter().flat_map(|line| self.clip_line(line)).map(|line| vec![line]).collect()
             }
-            Shape::Polygon => self.clip_polygon(geometry),
+            GeometryType::Polygon => self.clip_polygon(geometry),
         }
     }
 
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn lines_are_cut_where_they_cross_the_edge() {
-        let line = |points: &[[f64; 3]]| UNIT.clip(Shape::LineZ, vec![points.to_vec()]);
+        let line = |points: &[[f64; 3]]| UNIT.clip(GeometryType::LineZ, vec![points.to_vec()]);
         let inside = [[1.0, 1.0, 5.0], [9.0, 2.0, 6.0]];
         assert_eq!(line(&inside), [vec![inside.to_vec()]]);
         // The line comes in, goes out and comes in again; heights at the edge are interpolated.
@@ -275,12 +275,13 @@ mod tests {
         assert!(line(&[[-3.0, 2.0, 0.0], [2.0, -3.0, 0.0]]).is_empty());
         assert_eq!(line(&[[10.0, -5.0, 0.0], [10.0, 5.0, 0.0]]), [vec![vec![[10.0, 0.0, 0.0], [10.0, 5.0, 0.0]]]]);
         assert!(line(&[[-5.0, 5.0, 0.0], [0.0, 5.0, 0.0], [-5.0, 6.0, 0.0]]).is_empty());
-        assert!(UNIT.clip(Shape::Point, vec![vec![[11.0, 0.0, 0.0]]]).is_empty());
+        assert!(UNIT.clip(GeometryType::Point, vec![vec![[11.0, 0.0, 0.0]]]).is_empty());
     }
 
     #[test]
     fn polygons_are_closed_along_the_edge() {
-        let around = UNIT.clip(Shape::Polygon, vec![ring(&[[-5.0, -5.0], [15.0, -5.0], [15.0, 15.0], [-5.0, 15.0]])]);
+        let around =
+            UNIT.clip(GeometryType::Polygon, vec![ring(&[[-5.0, -5.0], [15.0, -5.0], [15.0, 15.0], [-5.0, 15.0]])]);
         assert_eq!((around.len(), area(&around)), (1, 100.0));
         // Only the teeth of the comb are inside: three polygons.
         let comb = [
@@ -302,7 +303,7 @@ mod tests {
         if sign < 0.0 {
             comb.reverse();
         }
-        let teeth = UNIT.clip(Shape::Polygon, vec![comb]);
+        let teeth = UNIT.clip(GeometryType::Polygon, vec![comb]);
         assert_eq!(teeth.len(), 3);
         // An island that the edge cuts becomes a bay, an island inside stays, and one outside is gone.
         let lake = ring(&[[-5.0, 2.0], [9.0, 2.0], [9.0, 8.0], [-5.0, 8.0]]);
@@ -311,7 +312,7 @@ mod tests {
             island.reverse();
             island
         };
-        let cut = UNIT.clip(Shape::Polygon, vec![lake, island(-1.0), island(3.0), island(-4.0)]);
+        let cut = UNIT.clip(GeometryType::Polygon, vec![lake, island(-1.0), island(3.0), island(-4.0)]);
         assert_eq!((cut.len(), cut[0].len(), area(&cut)), (1, 2, 54.0 - 2.0 - 4.0));
         for polygon in &cut {
             assert!(polygon.iter().all(|ring| ring[0] == ring[ring.len() - 1]));
@@ -332,7 +333,7 @@ mod tests {
                 })
                 .collect();
             let star = ring(&points);
-            let clipped = UNIT.clip(Shape::Polygon, vec![star.clone()]);
+            let clipped = UNIT.clip(GeometryType::Polygon, vec![star.clone()]);
             let side = 400;
             let counted = (0..side * side)
                 .filter(|at| {

@@ -14,24 +14,24 @@ use std::collections::{HashMap, VecDeque};
 use crate::area::Area;
 use crate::bake::frames;
 use crate::contour::{Edge, crossed, share};
-use crate::features::layer::{Head, Kind, Shape};
+use crate::features::layer::{GeometryType, Head, ValueKind};
 use crate::features::{Row, Value};
 use crate::grid::Grid;
-use crate::map::contour::{INDEX, interval_m};
+use crate::map::contour_lines::{INDEX, interval_m};
 use crate::tile::Tile;
 use crate::world::World;
 
 /// Name, description and shape of the layer.
 pub(crate) const NAME: &str = "contours";
 pub(crate) const ABOUT: &str = "lines of equal height of the ground, also below water; metres";
-pub(crate) const SHAPE: Shape = Shape::Line;
+pub(crate) const SHAPE: GeometryType = GeometryType::Line;
 
 /// Attributes of a contour.
 pub(crate) const HEADS: [Head; 3] = [
-    Head { name: "height_m", key: "height_m", kind: Kind::Real, required: true },
+    Head { name: "height_m", key: "height_m", kind: ValueKind::Real, required: true },
     // 1 for each fifth contour, which maps draw stronger.
-    Head { name: "is_index", key: "is_index", kind: Kind::Integer, required: true },
-    Head { name: "kind", key: "kind", kind: Kind::Text, required: true },
+    Head { name: "is_index", key: "is_index", kind: ValueKind::Integer, required: true },
+    Head { name: "kind", key: "kind", kind: ValueKind::Text, required: true },
 ];
 
 /// Scale of the map whose contours are taken over: 1:2500 for each metre between vertices, and so 1:25,000 for land of
@@ -73,7 +73,7 @@ pub(crate) fn default_interval_m(world: &World) -> f64 {
 /// A part of a contour: its height in intervals above 0 m, the edges of cells that it ends on, and its points from the
 /// first end to the second.
 #[derive(Debug)]
-struct Part {
+struct ContourPart {
     number: i64,
     ends: [Edge; 2],
     points: VecDeque<[f64; 2]>,
@@ -81,12 +81,12 @@ struct Part {
 
 /// Finds the contours of a tile.
 #[derive(Clone, Copy)]
-pub(crate) struct Finder {
+pub(crate) struct ContourFinder {
     interval_m: f64,
     spacing_m: f64,
 }
 
-impl Finder {
+impl ContourFinder {
     /// Returns the contours of a tile, as bytes.
     pub fn find(&self, tile: &Tile) -> Vec<u8> {
         let (area, heights) = (tile.area(), tile.heights());
@@ -210,10 +210,10 @@ fn kept(line: &[Crossing]) -> Vec<usize> {
 
 /// The contours of a region, while it is baked.
 pub(crate) struct Contours {
-    finder: Finder,
+    finder: ContourFinder,
     sea_level_m: Option<f64>,
     /// Parts that wait, and their places by number and end.
-    parts: Vec<Option<Part>>,
+    parts: Vec<Option<ContourPart>>,
     at: HashMap<(i64, Edge), usize>,
 }
 
@@ -222,7 +222,7 @@ impl Contours {
     pub fn new(world: &World, interval_m: Option<f64>) -> Contours {
         let interval_m = interval_m.unwrap_or_else(|| default_interval_m(world));
         Contours {
-            finder: Finder { interval_m, spacing_m: world.spacing_m() },
+            finder: ContourFinder { interval_m, spacing_m: world.spacing_m() },
             sea_level_m: world.preset().sea_level_m,
             parts: Vec::new(),
             at: HashMap::new(),
@@ -230,7 +230,7 @@ impl Contours {
     }
 
     /// Returns the finder for the contours of tiles.
-    pub fn finder(&self) -> Finder {
+    pub fn finder(&self) -> ContourFinder {
         self.finder
     }
 
@@ -249,7 +249,7 @@ impl Contours {
                 }
             }
         }
-        let waits = |part: &Part| {
+        let waits = |part: &ContourPart| {
             let goes_on = |(_, y, south): Edge| !south && Some(y) == next;
             part.ends.into_iter().any(goes_on) && part.points.len() < MOST_POINTS
         };
@@ -271,8 +271,8 @@ impl Contours {
     }
 
     /// Joins a part to the waiting parts that it meets. Returns the contour if its ends have met.
-    fn join(&mut self, mut part: Part) -> Option<Part> {
-        let meets = |at: &HashMap<(i64, Edge), usize>, part: &Part| {
+    fn join(&mut self, mut part: ContourPart) -> Option<ContourPart> {
+        let meets = |at: &HashMap<(i64, Edge), usize>, part: &ContourPart| {
             part.ends.iter().find_map(|end| at.get(&(part.number, *end)).copied())
         };
         while part.ends[0] != part.ends[1] {
@@ -292,7 +292,7 @@ impl Contours {
     }
 
     /// Returns the row of a contour; `None` for a contour that is only a vertex at its height.
-    fn row(&self, part: Part) -> Option<Row> {
+    fn row(&self, part: ContourPart) -> Option<Row> {
         let near = 2.0 * NEAREST * self.finder.spacing_m;
         let is_near = |point: &[f64; 2]| (0..2).all(|axis| (point[axis] - part.points[0][axis]).abs() <= near);
         if part.points.iter().all(is_near) {
@@ -307,7 +307,7 @@ impl Contours {
 }
 
 /// Joins two parts with an end in common.
-fn joined(mut one: Part, mut other: Part) -> Part {
+fn joined(mut one: ContourPart, mut other: ContourPart) -> ContourPart {
     // Keep the longer part, so that fewer points move.
     if one.points.len() < other.points.len() {
         std::mem::swap(&mut one, &mut other);
@@ -327,13 +327,13 @@ fn joined(mut one: Part, mut other: Part) -> Part {
     one
 }
 
-fn parsed(bytes: &[u8]) -> Part {
+fn parsed(bytes: &[u8]) -> ContourPart {
     let mut words = bytes.as_chunks::<8>().0.iter();
     let mut number = || i64::from_le_bytes(*words.next().expect("it was packed here"));
     let count = number();
     let ends = [(); 2].map(|()| (number(), number(), number() != 0));
     let numbers: Vec<f64> = words.map(|word| f64::from_le_bytes(*word)).collect();
-    Part { number: count, ends, points: numbers.as_chunks::<2>().0.iter().copied().collect() }
+    ContourPart { number: count, ends, points: numbers.as_chunks::<2>().0.iter().copied().collect() }
 }
 
 #[cfg(test)]
@@ -486,7 +486,7 @@ mod tests {
 
     #[test]
     fn a_line_that_is_too_long_to_wait_is_handed_on_in_parts() {
-        let part = |x: i64, points: usize| Part {
+        let part = |x: i64, points: usize| ContourPart {
             number: 1,
             ends: [(x, 0, false), (x, 16, false)],
             points: (0..points).map(|at| [x as f64, at as f64]).collect(),

@@ -18,7 +18,7 @@ use crate::export::locked;
 use crate::export::vector::contours;
 use crate::export::vector::cost;
 use crate::export::vector::vectors::Vectors;
-use crate::features::layer::{Geometry, Head, Shape};
+use crate::features::layer::{Geometry, GeometryType, Head};
 use crate::features::{Row, Value, layers};
 use crate::file::PartFile;
 use crate::tile::Tile;
@@ -84,10 +84,10 @@ impl Format for GeoJson {
 /// The files being written, one for each layer.
 pub(crate) struct GeoJsonSink<'a> {
     vectors: Vectors<'a>,
-    files: Mutex<Files>,
+    files: Mutex<Collections>,
 }
 
-struct Files {
+struct Collections {
     /// The files of features, which are written at the end.
     features: Vec<Collection>,
     contours: Option<Collection>,
@@ -98,7 +98,7 @@ impl<'a> GeoJsonSink<'a> {
     pub fn create(request: &Request<'a>, out: &Path) -> Result<GeoJsonSink<'a>, Error> {
         let begin = |layer: &str| Collection::begin(layer, request.vectors.degrees, out);
         let features = layers(request.world).iter().map(|layer| begin(layer.name())).collect::<Result<_, _>>()?;
-        let files = Files { features, contours: Some(begin(contours::NAME)?) };
+        let files = Collections { features, contours: Some(begin(contours::NAME)?) };
         // One store for all layers, named after none of them.
         let vectors = Vectors::create(request, &out.join(FOLDER).join("layers.geojson"))?;
         Ok(GeoJsonSink { vectors, files: Mutex::new(files) })
@@ -128,7 +128,7 @@ impl Sink for GeoJsonSink<'_> {
     }
 
     fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        let Files { features, contours } = &mut *locked(&self.files);
+        let Collections { features, contours } = &mut *locked(&self.files);
         let mut records = Vec::new();
         let store = &self.vectors.features;
         for (number, (mut file, layer)) in std::mem::take(features).into_iter().zip(store.layers()).enumerate() {
@@ -162,16 +162,16 @@ impl Collection {
     }
 
     /// Adds a feature of one part or several.
-    fn add(&mut self, shape: Shape, heads: &[Head], values: &[Value], parts: &[Geometry]) -> Result<(), Error> {
+    fn add(&mut self, shape: GeometryType, heads: &[Head], values: &[Value], parts: &[Geometry]) -> Result<(), Error> {
         self.write(self.separator)?;
         self.separator = ",\n";
         let mut text = String::from("{\"type\":\"Feature\",\"properties\":{");
         add_properties(&mut text, heads, values);
         text.push_str("},\"geometry\":{\"type\":\"");
         let name = match shape {
-            Shape::Point => "Point",
-            Shape::Line | Shape::LineZ => "LineString",
-            Shape::Polygon => "Polygon",
+            GeometryType::Point => "Point",
+            GeometryType::Line | GeometryType::LineZ => "LineString",
+            GeometryType::Polygon => "Polygon",
         };
         let of_part = |text: &mut String, part: &Geometry| add_coordinates(text, shape, part, self.degrees);
         if let [part] = parts {
@@ -216,8 +216,8 @@ fn add_properties(text: &mut String, heads: &[Head], values: &[Value]) {
 }
 
 /// Adds the coordinates of a geometry. A polygon is a list of rings, a line a list of points, and a point stands alone.
-fn add_coordinates(text: &mut String, shape: Shape, lines: &[Vec<[f64; 3]>], in_degrees: bool) {
-    let (list_of_lines, list_of_points) = (shape == Shape::Polygon, shape != Shape::Point);
+fn add_coordinates(text: &mut String, shape: GeometryType, lines: &[Vec<[f64; 3]>], in_degrees: bool) {
+    let (list_of_lines, list_of_points) = (shape == GeometryType::Polygon, shape != GeometryType::Point);
     text.push_str(if list_of_lines { "[" } else { "" });
     for (index, line) in lines.iter().enumerate() {
         text.push_str(if index > 0 { "," } else { "" });

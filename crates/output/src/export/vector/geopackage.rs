@@ -20,7 +20,7 @@ use crate::export::vector::store::{footprint, kept};
 use crate::export::vector::vectors::Vectors;
 use crate::export::vector::{contours, style};
 use crate::export::{locked, project};
-use crate::features::layer::{Geometry, Head, Kind, Shape};
+use crate::features::layer::{Geometry, GeometryType, Head, ValueKind};
 use crate::features::{AnyLayer, Row, Value};
 use crate::file::{PartFile, database, sqlite_error};
 use crate::registry::unjournaled;
@@ -143,23 +143,23 @@ impl Format for GeoPackage {
 }
 
 /// A layer as a table of the database.
-struct Table<'a> {
+struct LayerTable<'a> {
     name: &'a str,
     about: &'a str,
-    shape: Shape,
+    shape: GeometryType,
     /// True if a geometry can have several parts.
     multi: bool,
     heads: Vec<Head>,
 }
 
-impl Table<'_> {
+impl LayerTable<'_> {
     fn geometry_type(&self) -> &'static str {
         match (self.shape, self.multi) {
-            (Shape::Point, _) => "POINT",
-            (Shape::Line | Shape::LineZ, false) => "LINESTRING",
-            (Shape::Line | Shape::LineZ, true) => "MULTILINESTRING",
-            (Shape::Polygon, false) => "POLYGON",
-            (Shape::Polygon, true) => "MULTIPOLYGON",
+            (GeometryType::Point, _) => "POINT",
+            (GeometryType::Line | GeometryType::LineZ, false) => "LINESTRING",
+            (GeometryType::Line | GeometryType::LineZ, true) => "MULTILINESTRING",
+            (GeometryType::Polygon, false) => "POLYGON",
+            (GeometryType::Polygon, true) => "MULTIPOLYGON",
         }
     }
 
@@ -168,9 +168,9 @@ impl Table<'_> {
     fn schema(&self) -> String {
         let columns = self.heads.iter().map(|head| {
             let kind = match head.kind {
-                Kind::Integer => "INTEGER",
-                Kind::Real | Kind::Real32 => "DOUBLE",
-                Kind::Text => "TEXT",
+                ValueKind::Integer => "INTEGER",
+                ValueKind::Real | ValueKind::Real32 => "DOUBLE",
+                ValueKind::Text => "TEXT",
             };
             format!(",\n        {} {kind}", head.name)
         });
@@ -202,12 +202,12 @@ impl Table<'_> {
         bytes.extend([min[0], max[0], min[1], max[1]].map(f64::to_le_bytes).as_flattened());
         // Type numbers of the standard, a thousand more with heights.
         let (one, several): (u32, u32) = match self.shape {
-            Shape::Point => (1, 4),
-            Shape::Line => (2, 5),
-            Shape::LineZ => (1002, 1005),
-            Shape::Polygon => (3, 6),
+            GeometryType::Point => (1, 4),
+            GeometryType::Line => (2, 5),
+            GeometryType::LineZ => (1002, 1005),
+            GeometryType::Polygon => (3, 6),
         };
-        let multi = self.multi && self.shape != Shape::Point;
+        let multi = self.multi && self.shape != GeometryType::Point;
         if multi {
             bytes.push(1);
             bytes.extend(several.to_le_bytes());
@@ -217,11 +217,11 @@ impl Table<'_> {
             // The byte order: little-endian.
             bytes.push(1);
             bytes.extend(one.to_le_bytes());
-            if self.shape == Shape::Polygon {
+            if self.shape == GeometryType::Polygon {
                 bytes.extend((part.len() as u32).to_le_bytes());
             }
             for line in part {
-                if self.shape != Shape::Point {
+                if self.shape != GeometryType::Point {
                     bytes.extend((line.len() as u32).to_le_bytes());
                 }
                 let numbers = line.iter().flat_map(|point| &point[..self.shape.dimensions()]);
@@ -280,12 +280,12 @@ pub(crate) struct GeoPackageSink<'a> {
     spacing_m: f64,
     vectors: Vectors<'a>,
     /// The tables of the features, in the order of their layers, then those of contours and of tiles.
-    tables: Vec<Table<'a>>,
+    tables: Vec<LayerTable<'a>>,
     path: PathBuf,
-    file: Mutex<Option<UnderWay>>,
+    file: Mutex<Option<OpenDatabase>>,
 }
 
-struct UnderWay {
+struct OpenDatabase {
     /// The first field, so that the connection is closed when an abandoned file is removed.
     connection: Connection,
     file: PartFile,
@@ -300,15 +300,15 @@ impl<'a> GeoPackageSink<'a> {
         let path = out.join(PATH);
         let mut file = PartFile::create(path.clone())?;
         let vectors = Vectors::create(request, &path)?;
-        let of_layer = |layer: &&'static dyn AnyLayer| Table {
+        let of_layer = |layer: &&'static dyn AnyLayer| LayerTable {
             name: layer.name(),
             about: layer.about(),
             shape: layer.shape(),
             multi: options.clipped,
             heads: layer.heads(),
         };
-        let mut tables: Vec<Table> = vectors.features.layers().iter().map(of_layer).collect();
-        tables.push(Table {
+        let mut tables: Vec<LayerTable> = vectors.features.layers().iter().map(of_layer).collect();
+        tables.push(LayerTable {
             name: contours::NAME,
             about: contours::ABOUT,
             shape: contours::SHAPE,
@@ -338,14 +338,14 @@ impl<'a> GeoPackageSink<'a> {
         };
         let connection = create(file.lend()).map_err(sqlite_error(&path))?;
         let envelopes = vec![Envelope::NOTHING; tables.len()];
-        let file = Mutex::new(Some(UnderWay { connection, file, envelopes }));
+        let file = Mutex::new(Some(OpenDatabase { connection, file, envelopes }));
         Ok(GeoPackageSink { region, spacing_m: world.spacing_m(), vectors, tables, path, file })
     }
 
     /// Writes the features that `write` adds to a table, in one transaction.
     fn fill(
         &self,
-        under_way: &mut UnderWay,
+        under_way: &mut OpenDatabase,
         number: usize,
         write: impl FnOnce(&mut Add<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
@@ -393,7 +393,7 @@ impl<'a> GeoPackageSink<'a> {
         )?;
         connection.execute(
             "INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)",
-            params![table.name, table.geometry_type(), PLANE, table.shape == Shape::LineZ],
+            params![table.name, table.geometry_type(), PLANE, table.shape == GeometryType::LineZ],
         )?;
         connection.execute(
             "INSERT INTO gpkg_extensions VALUES (?, 'geom', 'gpkg_rtree_index', \
@@ -417,12 +417,12 @@ impl<'a> GeoPackageSink<'a> {
 type Add<'a> = dyn FnMut(&[Value], &[Geometry]) -> Result<(), Error> + 'a;
 
 /// Returns the table of the tiles' footprints.
-fn tiles() -> Table<'static> {
-    let number = |name| Head { name, key: name, kind: Kind::Integer, required: true };
-    Table {
+fn tiles() -> LayerTable<'static> {
+    let number = |name| Head { name, key: name, kind: ValueKind::Integer, required: true };
+    LayerTable {
         name: "tiles",
         about: "the tiles of the region; x and y are their numbers in the world, col and row count from its corner",
-        shape: Shape::Polygon,
+        shape: GeometryType::Polygon,
         multi: false,
         heads: ["x", "y", "col", "row"].map(number).to_vec(),
     }
@@ -461,7 +461,7 @@ impl Sink for GeoPackageSink<'_> {
         for number in 0..features.layers().len() {
             self.fill(&mut under_way, number, |add| features.for_each(number, |values, parts| add(values, parts)))?;
         }
-        let UnderWay { mut connection, file, envelopes } = under_way;
+        let OpenDatabase { mut connection, file, envelopes } = under_way;
         let list = |connection: &mut Connection| {
             let transaction = connection.transaction()?;
             for (number, around) in envelopes.iter().enumerate() {
@@ -647,7 +647,7 @@ mod tests {
 
     #[test]
     fn a_geometry_is_header_envelope_and_well_known_binary() {
-        let table = |multi| Table { name: "", about: "", shape: Shape::Line, multi, heads: Vec::new() };
+        let table = |multi| LayerTable { name: "", about: "", shape: GeometryType::Line, multi, heads: Vec::new() };
         let parts = [vec![vec![[1.0, -2.0, 0.0], [-3.0, 5.0, 0.0]]]];
         let bytes = table(false).geometry(&parts);
         assert_eq!(bytes.len(), 8 + 32 + 9 + 32);

@@ -24,7 +24,7 @@ pub(super) use store::{FeatureStore, around};
 pub(super) use style::LayerStyle;
 
 use crate::export::format::{FormatCost, Request};
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::features::layers;
 use crate::land::Land;
 use crate::world::World;
@@ -51,11 +51,11 @@ fn cost(request: &Request, files: u64) -> FormatCost {
 }
 
 /// Returns the layers of a world's GeoPackage and their styles, the uppermost first.
-pub(super) fn drawn(world: &World) -> Vec<(&'static str, Shape, LayerStyle)> {
+pub(super) fn drawn(world: &World) -> Vec<(&'static str, GeometryType, LayerStyle)> {
     const ORDER: [&str; 9] =
         ["sites", "peaks", "crossings", "roads", "rivers", "lakes", "coast", contours::NAME, "tiles"];
     let features = layers(world).iter().map(|layer| (layer.name(), layer.shape()));
-    let all: Vec<_> = features.chain([(contours::NAME, contours::SHAPE), ("tiles", Shape::Polygon)]).collect();
+    let all: Vec<_> = features.chain([(contours::NAME, contours::SHAPE), ("tiles", GeometryType::Polygon)]).collect();
     let of = |name: &&str| all.iter().find(|layer| layer.0 == *name).copied();
     let styled = |(name, shape)| style::of_layer(name, shape).map(|style| (name, shape, style));
     ORDER.iter().filter_map(of).filter_map(styled).collect()

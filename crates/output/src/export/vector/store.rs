@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::export::format::Request;
 use crate::export::locked;
 use crate::export::vector::clip::Envelope;
-use crate::features::layer::{Geometry, Head, Kind};
+use crate::features::layer::{Geometry, Head, ValueKind};
 use crate::features::{AnyLayer, Row, Value, layers, visit_walked};
 use crate::file::{Operation, PartFile, database, gate, sqlite_error};
 use crate::registry::unjournaled;
@@ -213,7 +213,7 @@ pub(crate) fn kept(value: &Value) -> ToSqlOutput<'_> {
 fn value(head: &Head, kept: ValueRef) -> Value {
     match (kept, head.kind) {
         (ValueRef::Integer(number), _) => Value::Integer(number),
-        (ValueRef::Real(number), Kind::Real32) => Value::Real32(number as f32),
+        (ValueRef::Real(number), ValueKind::Real32) => Value::Real32(number as f32),
         (ValueRef::Real(number), _) => Value::Real(number),
         (ValueRef::Text(text), _) => Value::Text(String::from_utf8_lossy(text).into_owned()),
         (ValueRef::Null | ValueRef::Blob(_), _) => Value::Nothing,
@@ -224,8 +224,8 @@ fn value(head: &Head, kept: ValueRef) -> Value {
 fn of_json(value: &serde_json::Value, head: &Head) -> Value {
     match (value, head.kind) {
         (serde_json::Value::String(text), _) => Value::Text(text.clone()),
-        (number, Kind::Integer) => number.as_i64().map_or(Value::Nothing, Value::Integer),
-        (number, Kind::Real32) => number.as_f64().map_or(Value::Nothing, |number| Value::Real32(number as f32)),
+        (number, ValueKind::Integer) => number.as_i64().map_or(Value::Nothing, Value::Integer),
+        (number, ValueKind::Real32) => number.as_f64().map_or(Value::Nothing, |number| Value::Real32(number as f32)),
         (number, _) => number.as_f64().map_or(Value::Nothing, Value::Real),
     }
 }

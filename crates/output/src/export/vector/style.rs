@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use crate::export::svg::escaped;
-use crate::features::layer::Shape;
+use crate::features::layer::GeometryType;
 use crate::map::font::Face;
 use crate::map::style::{Colour, LabelStyle, Style};
 
@@ -35,7 +35,7 @@ impl LayerStyle {
 }
 
 /// Returns the style of the layer with this name, if maps show such a layer.
-pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
+pub(crate) fn of_layer(name: &str, shape: GeometryType) -> Option<LayerStyle> {
     let style = Style::load("topographic").expect("the built-in styles are good");
     let (water, roads, places, labels) = (&style.water, &style.roads, &style.places, &style.labels);
     // The width on the ground, or the width of a line on paper where this is more.
@@ -49,12 +49,13 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
         "rivers" => {
             let wide = width(water.river_mm[0], water.river_mm[1], "(\"width_start_m\" + \"width_end_m\") / 2");
             let symbol = line(&Stroke { wide: Some(wide), ..Stroke::new(water.line, water.river_mm[0]) });
-            let name = (shape == Shape::LineZ).then(|| written("\"name\"", &labels.river, Along::Line, &style));
+            let name = (shape == GeometryType::LineZ)
+                .then(|| written("\"name\"", &labels.river, LabelPlacement::Line, &style));
             (single("line", &symbol), name)
         }
         "lakes" => {
             let symbol = filled(Some(water.fill), Some(&Stroke::new(water.line, water.shore_mm)));
-            (single("fill", &symbol), Some(written("\"name\"", &labels.lake, Along::Middle, &style)))
+            (single("fill", &symbol), Some(written("\"name\"", &labels.lake, LabelPlacement::Middle, &style)))
         }
         "coast" => (single("line", &line(&Stroke::new(water.line, water.shore_mm))), None),
         "contours" => {
@@ -69,7 +70,7 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
                 ("\"kind\" = 'depth'", "depth", stroke(water.line, water.depth_mm)),
             ];
             let height = "if(\"is_index\" = 1, round(\"height_m\", 2), NULL)";
-            (ruled("line", &rules), Some(written(height, &labels.contour, Along::Line, &style)))
+            (ruled("line", &rules), Some(written(height, &labels.contour, LabelPlacement::Line, &style)))
         }
         "roads" => {
             // The best class comes last, so that it lies on top of the others.
@@ -82,7 +83,7 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
                 })
                 .collect();
             match shape {
-                Shape::LineZ => (ruled("line", &rules), None),
+                GeometryType::LineZ => (ruled("line", &rules), None),
                 // Roads of agents have no classes.
                 _ => (single("line", &rules[1].2), None),
             }
@@ -91,14 +92,14 @@ pub(crate) fn of_layer(name: &str, shape: Shape) -> Option<LayerStyle> {
         "peaks" => {
             let name = "concat(coalesce(\"name\" || '\\n', ''), round(\"height_m\"))";
             let symbol = marker("triangle", places.colour, places.colour, 1.4);
-            (single("marker", &symbol), Some(written(name, &labels.peak, Along::Point, &style)))
+            (single("marker", &symbol), Some(written(name, &labels.peak, LabelPlacement::Point, &style)))
         }
         "sites" => {
             let sizes = [("hamlet", 1.1), ("village", 1.6), ("town", 2.2)];
             let rules = sizes.map(|(class, mm)| {
                 (format!("\"class\" = '{class}'"), class, marker("circle", places.fill, places.colour, mm))
             });
-            let name = written("\"name\"", &labels.places[1], Along::Point, &style);
+            let name = written("\"name\"", &labels.places[1], LabelPlacement::Point, &style);
             (ruled("marker", &rules), Some(name))
         }
         "tiles" => {
@@ -240,7 +241,7 @@ fn ruled(kind: &str, rules: &[(impl AsRef<str>, &str, String)]) -> String {
 
 /// Placement of labels.
 #[derive(Clone, Copy, PartialEq)]
-enum Along {
+enum LabelPlacement {
     /// Curved along a line.
     Line,
     /// Within a polygon.
@@ -250,12 +251,14 @@ enum Along {
 }
 
 /// Returns the element that labels features. The text is an expression.
-fn written(text: &str, label: &LabelStyle, along: Along, style: &Style) -> String {
+fn written(text: &str, label: &LabelStyle, along: LabelPlacement, style: &Style) -> String {
     let placement = match along {
         // Placement numbers of QGIS: curved (3), horizontal (4), around a point in the order that maps prefer (6).
-        Along::Line => "placement=\"3\" placementFlags=\"9\" maxCurvedCharAngleIn=\"25\" maxCurvedCharAngleOut=\"-25\"",
-        Along::Middle => "placement=\"4\"",
-        Along::Point => {
+        LabelPlacement::Line => {
+            "placement=\"3\" placementFlags=\"9\" maxCurvedCharAngleIn=\"25\" maxCurvedCharAngleOut=\"-25\""
+        }
+        LabelPlacement::Middle => "placement=\"4\"",
+        LabelPlacement::Point => {
             "placement=\"6\" dist=\"0.6\" distUnits=\"MM\" predefinedPositionOrder=\"TR,BR,TL,BL,R,L,TSR,BSR\""
         }
     };
@@ -281,7 +284,7 @@ fn written(text: &str, label: &LabelStyle, along: Along, style: &Style) -> Strin
         rgba(label.colour, 1.0),
         halo.halo_mm * 2.0,
         rgba(halo.halo, 1.0),
-        u8::from(along == Along::Line),
+        u8::from(along == LabelPlacement::Line),
     )
 }
 
@@ -305,6 +308,6 @@ mod tests {
                 }
             }
         }
-        assert!(of_layer("nothing", Shape::Point).is_none());
+        assert!(of_layer("nothing", GeometryType::Point).is_none());
     }
 }

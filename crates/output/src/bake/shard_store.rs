@@ -105,7 +105,7 @@ pub(crate) struct Blocks {
 }
 
 /// The block of a tile, as it was read.
-pub(crate) struct Block(Vec<u8>);
+pub(crate) struct StoredTile(Vec<u8>);
 
 impl Blocks {
     /// Opens the store in the folder of a shard.
@@ -117,7 +117,7 @@ impl Blocks {
     }
 
     /// Reads the next block.
-    pub fn next(&mut self) -> Result<Block, Error> {
+    pub fn next(&mut self) -> Result<StoredTile, Error> {
         let mut length = [0; 8];
         let mut read = || {
             self.file.read_exact(&mut length)?;
@@ -127,14 +127,14 @@ impl Blocks {
                 self.left.checked_sub(8).and_then(|left| left.checked_sub(length)).ok_or(io::ErrorKind::InvalidData)?;
             let mut block = vec![0; length as usize];
             self.file.read_exact(&mut block)?;
-            Ok(Block(block))
+            Ok(StoredTile(block))
         };
-        let read: io::Result<Block> = read();
+        let read: io::Result<StoredTile> = read();
         read.map_err(Error::io(&self.path))
     }
 }
 
-impl Block {
+impl StoredTile {
     /// Returns the bytes that each of `sinks` sinks kept of a tile, from what should be the tile's block in the folder
     /// of a shard.
     ///

@@ -8,16 +8,16 @@ use crate::simd::{Kernel, Simd, dispatch};
 pub(super) fn weigh<const N: usize>(rows: [&[f32]; N], weights: [f32; N], out: &mut [f32]) {
     let count = out.len();
     // All slices have the length of `out`, so the loop needs no bounds check.
-    dispatch(Weigh { rows: rows.map(|row| &row[..count]), weights, out });
+    dispatch(WeightedSum { rows: rows.map(|row| &row[..count]), weights, out });
 }
 
-struct Weigh<'a, const N: usize> {
+struct WeightedSum<'a, const N: usize> {
     rows: [&'a [f32]; N],
     weights: [f32; N],
     out: &'a mut [f32],
 }
 
-impl<const N: usize> Kernel for Weigh<'_, N> {
+impl<const N: usize> Kernel for WeightedSum<'_, N> {
     type Output = ();
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::recipe::fault::{Fault, KeyPath, Step};
+use crate::recipe::fault::{Fault, KeyPath, KeyStep};
 
 /// Parses a key path such as `noise[0].height_m` or `noise.0.height_m`.
 pub(super) fn key_path(text: &str) -> Option<KeyPath> {
@@ -61,7 +61,7 @@ pub(super) fn name_from(table: &mut DeTable<'_>, keys: &[&str], folder: &Path) {
 /// Puts a value at a path of keys and indices. Missing tables are created, with `key` as their position.
 pub(super) fn put<'a>(
     value: &mut Spanned<DeValue<'a>>,
-    steps: &[Step],
+    steps: &[KeyStep],
     key: &Range<usize>,
     new: Spanned<DeValue<'a>>,
 ) -> Result<(), String> {
@@ -70,7 +70,7 @@ pub(super) fn put<'a>(
         return Ok(());
     };
     match (step, value.get_mut()) {
-        (Step::Key(name), DeValue::Table(table)) => {
+        (KeyStep::Key(name), DeValue::Table(table)) => {
             let mut inner = table
                 .remove(name.as_str())
                 .unwrap_or_else(|| Spanned::new(key.clone(), DeValue::Table(DeTable::new())));
@@ -78,16 +78,16 @@ pub(super) fn put<'a>(
             table.insert(Spanned::new(key.clone(), Cow::Owned(name.clone())), inner);
             Ok(())
         }
-        (Step::Index(index), DeValue::Array(values)) => {
+        (KeyStep::Index(index), DeValue::Array(values)) => {
             let count = values.len();
             match values.get_mut(*index) {
                 Some(inner) => put(inner, rest, key, new),
                 None => Err(format!("there is no [{index}] in a list of {count}")),
             }
         }
-        (Step::Key(name), DeValue::Array(_)) => Err(format!("{name} is asked of a list, and it needs an index")),
-        (Step::Key(name), _) => Err(format!("{name} is asked of what is no table")),
-        (Step::Index(index), _) => Err(format!("[{index}] is asked of what is no list")),
+        (KeyStep::Key(name), DeValue::Array(_)) => Err(format!("{name} is asked of a list, and it needs an index")),
+        (KeyStep::Key(name), _) => Err(format!("{name} is asked of what is no table")),
+        (KeyStep::Index(index), _) => Err(format!("[{index}] is asked of what is no list")),
     }
 }
 
@@ -111,13 +111,13 @@ fn find(root: &Spanned<DeValue>, path: &KeyPath, key_itself: bool) -> (Range<usi
     let mut key = root.span();
     for step in &path.0 {
         let next = match step {
-            Step::Key(name) => {
+            KeyStep::Key(name) => {
                 value.get_ref().as_table().and_then(|table| table.get_key_value(name.as_str())).map(|(name, value)| {
                     key = name.span();
                     value
                 })
             }
-            Step::Index(index) => value.get_ref().get(*index),
+            KeyStep::Index(index) => value.get_ref().get(*index),
         };
         let Some(next) = next else { return (value.span(), false) };
         value = next;

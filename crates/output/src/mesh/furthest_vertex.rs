@@ -1,11 +1,11 @@
 //! The vertex at which a triangle is furthest from the heights.
 
 use super::delaunay::GridPoint;
-use super::steps::Steps;
+use super::height_steps::HeightSteps;
 
 /// The vertex that is furthest from a triangle, in steps above or below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Worst {
+pub struct FurthestVertex {
     /// Distance in steps times [`doubled_area`](super::delaunay::doubled_area): a whole number.
     pub scaled: f64,
     /// Twice the area of the triangle.
@@ -14,24 +14,24 @@ pub struct Worst {
     pub index: u32,
 }
 
-impl Worst {
+impl FurthestVertex {
     /// Finds a vertex of a triangle that is further away than `bound` steps, or else the furthest of all. In a triangle
     /// of many rows, the vertex found is the furthest in some of the rows only.
     ///
     /// Large triangles are looked at most often, and are too far away nearly everywhere: nearly any vertex improves
     /// them as much as the furthest. Looking at all rows of each takes up to twice as long and saves no triangles.
-    pub fn beyond(steps: &Steps, corners: [GridPoint; 3], bound: f64) -> Worst {
+    pub fn beyond(steps: &HeightSteps, corners: [GridPoint; 3], bound: f64) -> FurthestVertex {
         // Look at sixteen rows at least: enough to notice a triangle that is too far away nearly everywhere.
         const ENOUGH_ROWS: i32 = 16;
         let [a, b, c] = corners.map(|corner| corner.y);
         let stride = (a.max(b).max(c) - a.min(b).min(c)) / ENOUGH_ROWS;
         if stride > 1 {
-            let worst = Worst::of(steps, corners, stride);
+            let worst = FurthestVertex::of(steps, corners, stride);
             if worst.is_beyond(bound) {
                 return worst;
             }
         }
-        Worst::of(steps, corners, 1)
+        FurthestVertex::of(steps, corners, 1)
     }
 
     /// True if the distance is more than `bound` steps. Exact: a whole number and a fraction differ by at least 2^-24
@@ -48,7 +48,7 @@ impl Worst {
     ///
     /// The numerator is a whole number below 2^53, which is exact in `f64`: 2^24 for the area times 2^29 for the
     /// difference of two heights.
-    fn of(steps: &Steps, corners: [GridPoint; 3], stride: i32) -> Worst {
+    fn of(steps: &HeightSteps, corners: [GridPoint; 3], stride: i32) -> FurthestVertex {
         let [mut a, mut b, mut c] = corners;
         // Sort the corners from north to south.
         if b.y < a.y {
@@ -71,7 +71,7 @@ impl Worst {
             (area, east, south) = (-area, -east, -south);
         }
         let origin = area * a.z as i64 - east * a.x as i64 - south * a.y as i64;
-        let mut worst = Worst { scaled: 0.0, doubled_area: area as f64, index: 0 };
+        let mut worst = FurthestVertex { scaled: 0.0, doubled_area: area as f64, index: 0 };
         // The long edge spans all rows; the two short edges follow each other on its other side.
         let mut long = ScanLine::new(a, c);
         for (from, to) in [(a, b), (b, c)] {

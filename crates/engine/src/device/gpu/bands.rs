@@ -1,22 +1,22 @@
 //! Jobs for a GPU, divided into bands of rows, and bands grouped into submissions.
 
-use super::slot::Slots;
+use super::submission::Slots;
 use crate::area::Area;
-use crate::relief::Block;
+use crate::relief::VertexBlock;
 use crate::tile::RUBBLE_REACH;
 
 /// A job: land, and optionally a tile on it.
 #[derive(Clone, Debug)]
-pub(super) struct Job {
+pub(super) struct LandJob {
     /// Vertices whose land is requested.
     pub land: Area,
     /// Vertices of the tile. The land extends around them as far as the tile's ground depends on it.
     pub cells: Option<Area>,
-    /// Packed lines that shape the land ([`pack`](crate::lines::packed::pack)); empty if there are none.
+    /// Packed lines that shape the land ([`pack`](crate::lines::gpu_words::pack)); empty if there are none.
     pub lines: Vec<u32>,
 }
 
-impl Job {
+impl LandJob {
     /// Returns the number of planes that come back of the land's vertices, and of the tile's.
     pub fn planes(&self) -> [usize; 2] {
         [1 + IMPRINT_PLANES * usize::from(!self.lines.is_empty()), SURFACE_PLANES * usize::from(self.cells.is_some())]
@@ -41,7 +41,7 @@ pub(super) const TABLE: usize = BANDS * BAND_WORDS;
 const MOST_BLOCKS: usize = 65_535;
 
 /// Number of rows by which a band grows while there is room.
-const ROWS: i64 = crate::noise::packed::BLOCK[1] as i64;
+const ROWS: i64 = crate::noise::gpu_words::BLOCK[1] as i64;
 
 /// Inputs of the tiles' ground other than land: noise, and rubble.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,7 +68,7 @@ pub(super) struct Band {
 
 impl Band {
     /// Makes the band of a job's rows from `y0` to `y1`: rows of its tile, or of its land if it has no tile.
-    fn new(number: usize, job: &Job, y0: i64, y1: i64) -> Band {
+    fn new(number: usize, job: &LandJob, y0: i64, y1: i64) -> Band {
         let land = job.land;
         let (planes, lines) = (job.planes(), job.lines.len());
         let Some(cells) = job.cells else {
@@ -106,10 +106,10 @@ impl Band {
         self.cells.padded(RUBBLE_REACH)
     }
 
-    fn cost(&self, looks: LooksAround) -> Cost {
+    fn cost(&self, looks: LooksAround) -> SubmissionCost {
         let noise = usize::from(looks.noise);
-        Cost {
-            blocks: Block::count(self.land) + noise * Block::count(self.cells),
+        SubmissionCost {
+            blocks: VertexBlock::count(self.land) + noise * VertexBlock::count(self.cells),
             lines: self.lines + 1,
             back: self.back_words(),
             left: noise * self.cells.len() + 2 * usize::from(looks.rubble) * self.rubble().len(),
@@ -120,16 +120,16 @@ impl Band {
 /// Resources that bands use in a submission: blocks, words of lines, words of planes that come back, and words of
 /// planes that stay on the GPU.
 #[derive(Clone, Copy, Debug, Default)]
-struct Cost {
+struct SubmissionCost {
     blocks: usize,
     lines: usize,
     back: usize,
     left: usize,
 }
 
-impl Cost {
-    fn and(self, other: Cost) -> Cost {
-        Cost {
+impl SubmissionCost {
+    fn and(self, other: SubmissionCost) -> SubmissionCost {
+        SubmissionCost {
             blocks: self.blocks + other.blocks,
             lines: self.lines + other.lines,
             back: self.back + other.back,
@@ -145,13 +145,13 @@ impl Cost {
 
 /// Divides jobs into bands, with as many bands per submission as fit; `None` if a single row is too large for one.
 pub(super) fn submissions(
-    jobs: &[Job],
+    jobs: &[LandJob],
     looks: LooksAround,
     slots: &Slots,
     block_words: usize,
 ) -> Option<Vec<Vec<Band>>> {
     let mut submissions: Vec<Vec<Band>> = vec![Vec::new()];
-    let mut taken = Cost::default();
+    let mut taken = SubmissionCost::default();
     for (number, job) in jobs.iter().enumerate() {
         let rows = job.cells.unwrap_or(job.land);
         let mut y0 = rows.y0;
@@ -171,7 +171,7 @@ pub(super) fn submissions(
                 None if is_first => (1..ROWS).rev().map(|count| (y0 + count).min(rows.y1)).find(fits)?,
                 _ => {
                     submissions.push(Vec::new());
-                    taken = Cost::default();
+                    taken = SubmissionCost::default();
                     continue;
                 }
             };

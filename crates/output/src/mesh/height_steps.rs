@@ -7,7 +7,7 @@ use crate::grid::Grid;
 /// 4 km.
 const PER_METRE: f64 = 4096.0;
 
-/// Largest height in metres, above or below zero. Together with [`MAX_CELLS`] it keeps every number in `worst.rs` below
+/// Largest height in metres, above or below zero. Together with [`MAX_CELLS`] it keeps every number in `furthest_vertex.rs` below
 /// 2^53.
 pub const MAX_HEIGHT_M: f32 = 65_535.0;
 
@@ -15,18 +15,18 @@ pub const MAX_HEIGHT_M: f32 = 65_535.0;
 pub const MAX_CELLS: u32 = 4096;
 
 /// Heights of a square of vertices in steps, rounded to the nearest.
-pub struct Steps {
+pub struct HeightSteps {
     side: usize,
     values: Vec<i32>,
 }
 
-impl Steps {
+impl HeightSteps {
     /// Converts the heights of the vertices of `area`.
     ///
     /// # Panics
     /// If the area is not a square of 1 to [`MAX_CELLS`] cells a side, reaches outside of `heights`, or holds
     /// a height that is not finite or beyond [`MAX_HEIGHT_M`].
-    pub fn new(heights: &Grid<f32>, area: Area) -> Steps {
+    pub fn new(heights: &Grid<f32>, area: Area) -> HeightSteps {
         let side = area.width();
         assert_eq!(side, area.height(), "a surface is as wide as high");
         assert!((2..=MAX_CELLS as usize + 1).contains(&side), "{side} vertices a side are not 1 to {MAX_CELLS} cells");
@@ -40,7 +40,7 @@ impl Steps {
             let all_good = row.iter().fold(true, |good, height_m| good & (height_m.abs() <= MAX_HEIGHT_M));
             assert!(all_good, "a height in row {y} is not finite or beyond {MAX_HEIGHT_M} m");
         }
-        Steps { side, values }
+        HeightSteps { side, values }
     }
 
     /// Number of vertices per side.

@@ -2,7 +2,7 @@
 
 use crate::area::Area;
 use crate::lines::{Bed, Line, nearest};
-use crate::noise::packed::put;
+use crate::noise::gpu_words::put;
 
 /// Packs the agents' lines in an area: their number, and for each line its kind, its bank and its spacing in metres,
 /// the area's corner relative to its origin, the vertices that it may touch, and its pieces. `None` if a line is not an

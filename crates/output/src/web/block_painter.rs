@@ -9,8 +9,8 @@ use crate::error::Error;
 use crate::stop;
 use crate::web::encode::{height_text, terrain_rgb};
 use crate::web::folder;
-use crate::web::pyramid::{Block, Plan, TILE_PX, TilePlace};
-use crate::web::{Choice, Content, Heights, Layer, Paint, View};
+use crate::web::pyramid::{Block, Pyramid, TILE_PX, TilePlace};
+use crate::web::{Choice, Heights, MapContent, PaintView, View, WebLayer};
 
 /// Names of the layers made from heights: as colours, and as scripts for the page.
 pub(super) const TERRAIN: &str = "terrain";
@@ -25,20 +25,20 @@ pub(super) struct Set<'a> {
     pub layer: &'a str,
     pub title: &'a str,
     pub scale: u32,
-    source: Source<'a>,
+    source: PixelSource<'a>,
 }
 
 /// The source of the pixels of a set.
 #[derive(Clone, Copy)]
-enum Source<'a> {
-    Paint(Paint<'a>),
+enum PixelSource<'a> {
+    Paint(PaintView<'a>),
     /// Pictures of the next set, which has twice the pixels per side, halved.
-    Dense(Paint<'a>),
+    Dense(PaintView<'a>),
     Heights,
 }
 
 /// A picture for the archives.
-pub(super) struct Picture {
+pub(super) struct TilePicture {
     pub set: usize,
     pub place: TilePlace,
     pub bytes: Vec<u8>,
@@ -56,28 +56,28 @@ pub(super) struct Quarter {
 
 /// The result of drawing a block.
 pub(super) struct Drawn {
-    pub pictures: Vec<Picture>,
+    pub pictures: Vec<TilePicture>,
     /// Lines of the block's files in the list.
     pub listing: String,
 }
 
 /// Returns all sets of pictures, those of the layers first.
-pub(super) fn sets<'a>(choice: Choice, content: &Content<'a>) -> Vec<Set<'a>> {
+pub(super) fn sets<'a>(choice: Choice, content: &MapContent<'a>) -> Vec<Set<'a>> {
     let mut sets = Vec::new();
-    for Layer { name, title, paint } in content.layers {
+    for WebLayer { name, title, paint } in content.layers {
         let known = sets.iter().any(|set: &Set| set.layer == *name) || [TERRAIN, HEIGHTS].contains(name);
         let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
         assert!(plain && !known, "{name:?} cannot be the name of a layer");
         let mut push = |scale, source| sets.push(Set { layer: name, title, scale, source });
         if choice.dense {
-            push(1, Source::Dense(*paint));
-            push(2, Source::Paint(*paint));
+            push(1, PixelSource::Dense(*paint));
+            push(2, PixelSource::Paint(*paint));
         } else {
-            push(1, Source::Paint(*paint));
+            push(1, PixelSource::Paint(*paint));
         }
     }
     if content.heights.is_some() {
-        sets.push(Set { layer: TERRAIN, title: "terrain-RGB", scale: 1, source: Source::Heights });
+        sets.push(Set { layer: TERRAIN, title: "terrain-RGB", scale: 1, source: PixelSource::Heights });
     }
     sets
 }
@@ -95,15 +95,15 @@ impl Set<'_> {
 }
 
 /// Everything needed to draw blocks.
-pub(super) struct Draft<'a> {
+pub(super) struct BlockPainter<'a> {
     pub folder: &'a Path,
-    pub plan: &'a Plan,
+    pub pyramid: &'a Pyramid,
     pub choice: Choice,
-    pub content: &'a Content<'a>,
+    pub content: &'a MapContent<'a>,
     pub sets: &'a [Set<'a>],
 }
 
-impl Draft<'_> {
+impl BlockPainter<'_> {
     /// Draws blocks in parallel and writes the files of their tiles. Returns the results in the order of the blocks.
     pub fn draw(&self, blocks: &[Block]) -> Result<Vec<Drawn>, Error> {
         blocks.par_iter().map(|block| self.draw_block(block)).collect()
@@ -113,7 +113,7 @@ impl Draft<'_> {
         let mut pictures = Vec::with_capacity(block.places.len() * self.sets.len());
         let mut listing = String::new();
         let heights = self.content.heights.map(|heights| self.heights(block, heights)).transpose()?;
-        let paint = |paint: Paint, scale: u32, layer: &str| {
+        let paint = |paint: PaintView, scale: u32, layer: &str| {
             let view = self.view(block, scale);
             let rgb = paint(&view)?;
             assert_eq!(rgb.len(), 3 * view.pixels.len(), "three bytes for each pixel of {layer}");
@@ -123,12 +123,12 @@ impl Draft<'_> {
         for (set, Set { layer, scale, source, .. }) in self.sets.iter().enumerate() {
             let width = self.view(block, *scale).pixels.width();
             let rgb = match source {
-                Source::Dense(twice) => {
+                PixelSource::Dense(twice) => {
                     let twice = dense.insert(paint(*twice, 2 * scale, layer)?);
                     halved(twice, 2 * width)
                 }
-                Source::Paint(own) => dense.take().map_or_else(|| paint(*own, *scale, layer), Ok)?,
-                Source::Heights => {
+                PixelSource::Paint(own) => dense.take().map_or_else(|| paint(*own, *scale, layer), Ok)?,
+                PixelSource::Heights => {
                     let heights = heights.as_ref().expect("terrain is drawn where heights are");
                     heights.colours(self.view(block, 1).pixels)
                 }
@@ -144,7 +144,7 @@ impl Draft<'_> {
                 }
                 let is_cut = self.choice.mbtiles && self.sets[set].further() > 0;
                 let quarters = is_cut.then(|| self.quarters(place, &tile, side));
-                pictures.push(Picture { set, place, hash: blake3::hash(&bytes), bytes, quarters });
+                pictures.push(TilePicture { set, place, hash: blake3::hash(&bytes), bytes, quarters });
             }
         }
         if let Some(heights) = heights.filter(|_| self.choice.folder) {
@@ -164,7 +164,7 @@ impl Draft<'_> {
     }
 
     fn view(&self, block: &Block, scale: u32) -> View {
-        View::new(self.plan, block.zoom, block.places, scale)
+        View::new(self.pyramid, block.zoom, block.places, scale)
     }
 
     /// Returns the heights of a block, with one more pixel in the east and south, so that the page can interpolate up

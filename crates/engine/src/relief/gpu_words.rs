@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::noise::{NoiseRelief, Share};
 use super::strided::StridedFractal;
 use crate::area::Area;
-use crate::noise::packed::{BLOCK, put};
+use crate::noise::gpu_words::{BLOCK, put};
 
 /// Several reliefs of noise, packed one after the other.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ pub(crate) struct PackedRelief {
 
 /// A block of vertices, the unit that the kernels compute.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Block {
+pub(crate) struct VertexBlock {
     /// First (north-western) vertex.
     first: (i64, i64),
     /// Area of which the block computes a part.
@@ -28,16 +28,17 @@ pub(crate) struct Block {
     relief: u32,
 }
 
-impl Block {
+impl VertexBlock {
     /// Lists the blocks that cover an area. `heights` is the offset of the area's heights, and `relief` that of the
     /// packed relief they belong to.
-    pub fn of(area: Area, heights: u32, relief: u32) -> impl Iterator<Item = Block> {
+    pub fn of(area: Area, heights: u32, relief: u32) -> impl Iterator<Item = VertexBlock> {
         let [columns, rows] = BLOCK.map(|side| side as i64);
         let firsts = |from: i64, to: i64, side: i64| {
             (from.div_euclid(side)..=(to - 1).div_euclid(side)).map(move |at| at * side)
         };
-        let across =
-            move |y| firsts(area.x0, area.x1, columns).map(move |x| Block { first: (x, y), area, heights, relief });
+        let across = move |y| {
+            firsts(area.x0, area.x1, columns).map(move |x| VertexBlock { first: (x, y), area, heights, relief })
+        };
         firsts(area.y0, area.y1, rows).flat_map(across)
     }
 
@@ -91,8 +92,8 @@ impl NoiseRelief {
     }
 
     /// Adds the words of a block.
-    pub(crate) fn pack_block(&self, block: &Block, words: &mut Vec<u32>) {
-        let Block { first: (x, y), area, heights, relief } = *block;
+    pub(crate) fn pack_block(&self, block: &VertexBlock, words: &mut Vec<u32>) {
+        let VertexBlock { first: (x, y), area, heights, relief } = *block;
         let at = [x - area.x0, y - area.y0].map(|at| at as i32 as u32);
         words.extend([at[0], at[1], area.width() as u32, area.height() as u32, heights, relief]);
         for (fractal, is_warped) in self.fractals(self.warp.is_some()) {
@@ -112,7 +113,7 @@ impl NoiseRelief {
     }
 }
 
-impl Block {
+impl VertexBlock {
     /// Returns the offset of the packed relief that the heights belong to.
     pub fn relief(&self) -> u32 {
         self.relief

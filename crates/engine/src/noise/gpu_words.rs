@@ -26,29 +26,29 @@ const POINT_ROW_WORDS: usize = 2 + POINT_WORDS * POINT_COLUMNS;
 /// The method by which a kernel computes an octave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-enum Way {
+enum OctaveMethod {
     Splat,
     RowWise,
     Simplex,
     Warped,
 }
 
-impl Way {
-    fn of(octave: &Octave, is_warped: bool) -> Way {
+impl OctaveMethod {
+    fn of(octave: &Octave, is_warped: bool) -> OctaveMethod {
         match &octave.evaluation {
-            _ if is_warped => Way::Warped,
-            Evaluation::Splat(_) => Way::Splat,
-            Evaluation::RowWise(_) => Way::RowWise,
-            Evaluation::Simplex => Way::Simplex,
+            _ if is_warped => OctaveMethod::Warped,
+            Evaluation::Splat(_) => OctaveMethod::Splat,
+            Evaluation::RowWise(_) => OctaveMethod::RowWise,
+            Evaluation::Simplex => OctaveMethod::Simplex,
         }
     }
 
     /// Returns the number of words of an octave that each block has of its own.
     fn block_words(self) -> usize {
         match self {
-            Way::Splat => 1 + POINT_ROWS * POINT_ROW_WORDS,
-            Way::RowWise => BLOCK_ROWS * 9,
-            Way::Simplex | Way::Warped => BLOCK_ROWS * 4,
+            OctaveMethod::Splat => 1 + POINT_ROWS * POINT_ROW_WORDS,
+            OctaveMethod::RowWise => BLOCK_ROWS * 9,
+            OctaveMethod::Simplex | OctaveMethod::Warped => BLOCK_ROWS * 4,
         }
     }
 }
@@ -71,9 +71,9 @@ impl Fractal {
         };
         words.extend([kind, self.octaves.len() as u32]);
         for octave in &self.octaves {
-            let way = Way::of(octave, is_warped);
+            let method = OctaveMethod::of(octave, is_warped);
             let end = words.len() + OCTAVE_WORDS;
-            words.extend([way as u32, *block_words as u32]);
+            words.extend([method as u32, *block_words as u32]);
             put(words, [octave.step.offset, octave.step.amplitude]);
             let (metres, gradients) = octave.simplex.packed();
             put(words, metres);
@@ -95,7 +95,7 @@ impl Fractal {
                 }
             }
             words.resize(end, 0);
-            *block_words += way.block_words();
+            *block_words += method.block_words();
         }
     }
 
@@ -103,11 +103,11 @@ impl Fractal {
     pub(crate) fn pack_block(&self, is_warped: bool, (x, y): (i64, i64), words: &mut Vec<u32>) {
         for octave in &self.octaves {
             let mut position = octave.lattice.at(x, y);
-            let way = Way::of(octave, is_warped);
-            let end = words.len() + way.block_words();
-            match (way, &octave.evaluation) {
-                (Way::Splat, Evaluation::Splat(splat)) => pack_points(splat, position, words),
-                (Way::RowWise, _) => {
+            let method = OctaveMethod::of(octave, is_warped);
+            let end = words.len() + method.block_words();
+            match (method, &octave.evaluation) {
+                (OctaveMethod::Splat, Evaluation::Splat(splat)) => pack_points(splat, position, words),
+                (OctaveMethod::RowWise, _) => {
                     for _ in 0..BLOCK_ROWS {
                         pack_row(position, words);
                         position = octave.lattice.south_of(position);

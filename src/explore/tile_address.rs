@@ -1,4 +1,4 @@
-//! Places of tiles on the page: zoom levels with columns and rows counted from the world's origin.
+//! Addresses of tiles on the page: zoom levels with columns and rows counted from the world's origin.
 
 use crate::area::{Area, MAX_COORDINATE};
 use crate::web::TILE_PX;
@@ -48,7 +48,7 @@ impl Stage {
 
 /// A tile: its zoom level, column from the west and row from the north, counted from the world's origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Spot {
+pub(super) struct TileAddress {
     pub zoom: u8,
     pub x: i64,
     pub y: i64,
@@ -56,13 +56,13 @@ pub(super) struct Spot {
     pub is_dense: bool,
 }
 
-impl Spot {
+impl TileAddress {
     /// Returns a tile, if there is one at this place.
-    pub fn new(zoom: u64, x: i64, y: i64, is_dense: bool) -> Option<Spot> {
+    pub fn new(zoom: u64, x: i64, y: i64, is_dense: bool) -> Option<TileAddress> {
         let zoom = u8::try_from(zoom).ok().filter(|zoom| *zoom <= MAX_ZOOM)?;
         let tiles = (REACH << FINEST >> (MAX_ZOOM - zoom)) / TILE_PX;
         let is_within = |at: i64| (-tiles..tiles).contains(&at);
-        (is_within(x) && is_within(y)).then_some(Spot { zoom, x, y, is_dense })
+        (is_within(x) && is_within(y)).then_some(TileAddress { zoom, x, y, is_dense })
     }
 
     /// Returns the tile's area in pixels, counted from the origin.
@@ -89,13 +89,13 @@ mod tests {
             // The side of a tile in quarters of a vertex, without fractions.
             let side = i128::from(TILE_PX) << (MAX_ZOOM - zoom);
             let last = (i128::from(REACH) * 4 / side) as i64 - 1;
-            assert!(Spot::new(zoom.into(), last, -last - 1, true).is_some(), "{zoom}");
+            assert!(TileAddress::new(zoom.into(), last, -last - 1, true).is_some(), "{zoom}");
             assert!(
-                Spot::new(zoom.into(), last + 1, 0, true).is_none()
-                    && Spot::new(zoom.into(), 0, -last - 2, false).is_none()
+                TileAddress::new(zoom.into(), last + 1, 0, true).is_none()
+                    && TileAddress::new(zoom.into(), 0, -last - 2, false).is_none()
             );
         }
-        assert_eq!(Spot::new(10, 0, 0, false), None);
-        assert_eq!(Spot::new(5, -1, 2, true).unwrap().pixels(), Area::new(-512, 1024, 512, 512));
+        assert_eq!(TileAddress::new(10, 0, 0, false), None);
+        assert_eq!(TileAddress::new(5, -1, 2, true).unwrap().pixels(), Area::new(-512, 1024, 512, 512));
     }
 }

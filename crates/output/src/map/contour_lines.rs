@@ -16,14 +16,14 @@ const STEP: i64 = 2;
 pub(crate) const INDEX: i64 = 5;
 
 /// A line of one height, in pixels of the scale.
-pub(super) struct Contour {
+pub(super) struct ContourLine {
     /// Number of intervals above 0 m.
     pub number: i64,
     /// Pixels east and south of the scale's origin.
     pub points: Vec<DVec2>,
 }
 
-impl Contour {
+impl ContourLine {
     /// True if the line is drawn as an index contour.
     pub fn is_index(&self) -> bool {
         self.number.rem_euclid(INDEX) == 0
@@ -40,10 +40,10 @@ pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<D
 
 /// Finds the contours in an area and up to two pixels around it. `heights` has the heights at the centres of its pixels
 /// and of some around it; `interval_m` is the contour interval.
-pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<Contour> {
+pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<ContourLine> {
     let contour = |(number, chain): (i64, Vec<Edge>)| {
         let level = (number as f64 * interval_m) as f32;
-        Contour { number, points: chain.into_iter().map(|edge| in_pixels(heights, edge, level)).collect() }
+        ContourLine { number, points: chain.into_iter().map(|edge| in_pixels(heights, edge, level)).collect() }
     };
     crossed(heights, area, STEP, interval_m).into_iter().map(contour).collect()
 }
@@ -102,7 +102,7 @@ mod tests {
             rings += usize::from(line.points[0] == line.points[line.points.len() - 1]);
         }
         assert!(rings >= 20, "{rings} rings of {}", lines.len());
-        assert!(lines.iter().any(Contour::is_index));
+        assert!(lines.iter().any(ContourLine::is_index));
     }
 
     #[test]

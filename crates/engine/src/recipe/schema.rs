@@ -1,4 +1,4 @@
-//! The form of settings: keys, types and ranges, all from the JSON schema that follows from Rust types and attributes.
+//! The schema of settings: keys, types and ranges, all in the JSON schema that follows from Rust types and attributes.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -9,7 +9,7 @@ use crate::error::nearest;
 use crate::recipe::fault::{Fault, KeyPath};
 
 /// Returns the JSON schema of settings, the source of all keys, types and ranges.
-pub fn schema<T: JsonSchema>() -> Value {
+pub fn of<T: JsonSchema>() -> Value {
     schemars::schema_for!(T).to_value()
 }
 
@@ -17,25 +17,25 @@ pub fn schema<T: JsonSchema>() -> Value {
 pub(crate) fn check<T: JsonSchema + Serialize>(settings: &T, path: &KeyPath) -> Result<(), Fault> {
     let text = toml::to_string(settings).expect("settings can be written as TOML");
     let table = DeTable::parse(&text).expect("what was written is TOML").into_inner();
-    let schema = schema::<T>();
-    Form::new("preset", &schema).check(&schema, &DeValue::Table(table), path)
+    let schema = of::<T>();
+    SchemaCheck::new("preset", &schema).check(&schema, &DeValue::Table(table), path)
 }
 
 /// Finds the first fault in the written text of a recipe: a key that is unknown or missing, or a value of a wrong type
 /// or out of its range. `what` is the kind of the recipe, as in `terrane schema`.
 pub(crate) fn check_table(what: &str, schema: &Value, table: &DeValue) -> Result<(), Fault> {
-    Form::new(what, schema).check(schema, table, &KeyPath::default())
+    SchemaCheck::new(what, schema).check(schema, table, &KeyPath::default())
 }
 
-struct Form<'a> {
+struct SchemaCheck<'a> {
     root: &'a Value,
     /// Hint for faults without a hint of their own.
     hint: String,
 }
 
-impl<'a> Form<'a> {
-    fn new(what: &str, root: &'a Value) -> Form<'a> {
-        Form { root, hint: format!("keys and their meanings: terrane schema {what}") }
+impl<'a> SchemaCheck<'a> {
+    fn new(what: &str, root: &'a Value) -> SchemaCheck<'a> {
+        SchemaCheck { root, hint: format!("keys and their meanings: terrane schema {what}") }
     }
 
     /// Follows a schema that refers to another one, or that is a union with null, to the schema with the actual form.
@@ -201,24 +201,29 @@ mod tests {
     use crate::preset::Preset;
 
     /// Collects every number of a preset: its path, its schema and its description.
-    fn numbers<'a>(form: &Form<'a>, schema: &'a Value, path: &str, found: &mut Vec<(String, &'a Value, String)>) {
+    fn numbers<'a>(
+        check: &SchemaCheck<'a>,
+        schema: &'a Value,
+        path: &str,
+        found: &mut Vec<(String, &'a Value, String)>,
+    ) {
         let described = schema["description"].as_str().unwrap_or_default().to_owned();
-        collect(form, schema, path, &described, found);
+        collect(check, schema, path, &described, found);
     }
 
     fn collect<'a>(
-        form: &Form<'a>,
+        check: &SchemaCheck<'a>,
         schema: &'a Value,
         path: &str,
         about: &str,
         found: &mut Vec<(String, &'a Value, String)>,
     ) {
-        let schema = form.resolved(schema);
+        let schema = check.resolved(schema);
         for (key, value) in schema["properties"].as_object().into_iter().flatten() {
-            numbers(form, value, &format!("{path}.{key}"), found);
+            numbers(check, value, &format!("{path}.{key}"), found);
         }
         if !schema["items"].is_null() {
-            collect(form, &schema["items"], &format!("{path}[]"), about, found);
+            collect(check, &schema["items"], &format!("{path}[]"), about, found);
         }
         let is = |kind: &str| {
             schema["type"] == kind || schema["type"].as_array().is_some_and(|kinds| kinds.iter().any(|one| one == kind))
@@ -245,9 +250,9 @@ mod tests {
 
     #[test]
     fn every_number_has_bounds_and_its_documentation_says_them() {
-        let schema = schema::<Preset>();
+        let schema = of::<Preset>();
         let mut found = Vec::new();
-        numbers(&Form::new("preset", &schema), &schema, "", &mut found);
+        numbers(&SchemaCheck::new("preset", &schema), &schema, "", &mut found);
         assert!(found.len() > 70, "{} numbers", found.len());
         // The seed may be any number.
         for (path, number, about) in found.into_iter().filter(|(path, ..)| path != ".seed") {

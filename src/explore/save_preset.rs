@@ -79,7 +79,7 @@ fn merge(into: &mut Table, from: Table) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::explore::worlds::{Given, Recipe, Worlds};
+    use crate::explore::worlds::{Given, WorldRecipe, Worlds};
     use crate::memory::Budget;
 
     #[test]
@@ -92,7 +92,7 @@ mod tests {
             let worlds =
                 Worlds::new(Given { preset: preset.into(), seed: None, set: Vec::new() }, Budget::new(1 << 20));
             let set: Vec<String> = set.into_iter().map(str::to_owned).collect();
-            let opened = worlds.open(&Recipe { preset: preset.into(), seed, set }).unwrap();
+            let opened = worlds.open(&WorldRecipe { preset: preset.into(), seed, set }).unwrap();
             let text = text(&opened).unwrap();
             assert!(text.contains(&format!("extends = \"{preset}\"")) && text.lines().count() < 30, "{text}");
             let saved = Preset::parse("saved", &text).unwrap();

@@ -1,4 +1,4 @@
-//! Origins of recipes: built-in or in a file, and the reading of their texts.
+//! Locations of recipes: built in or in a file, and the reading of their texts.
 
 use std::fs;
 use std::io::Read;
@@ -10,38 +10,38 @@ use crate::recipe::source::{Recipe, built_in};
 /// Largest size of a recipe in bytes; a longer file is something else.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Origin of a recipe.
+/// Location of a recipe.
 #[derive(Clone, Debug)]
-pub(super) enum Origin {
+pub(super) enum Location {
     BuiltIn(&'static str),
     File { given: PathBuf, canonical: Option<PathBuf> },
 }
 
-impl Origin {
+impl Location {
     /// Finds a built-in recipe, or else a file with a path relative to a folder.
-    pub fn find<T: Recipe>(name: &str, folder: &Path) -> Result<Origin, Error> {
+    pub fn find<T: Recipe>(name: &str, folder: &Path) -> Result<Location, Error> {
         if let Some((name, _)) = T::BUILT_IN.iter().find(|(known, _)| *known == name) {
-            return Ok(Origin::BuiltIn(name));
+            return Ok(Location::BuiltIn(name));
         }
         let given = folder.join(name);
         let canonical = fs::canonicalize(&given).ok();
         if canonical.is_none() && Path::new(name).components().count() == 1 && Path::new(name).extension().is_none() {
             built_in::<T>(name)?;
         }
-        Ok(Origin::File { given, canonical })
+        Ok(Location::File { given, canonical })
     }
 
     pub fn name(&self) -> String {
         match self {
-            Origin::BuiltIn(name) => (*name).to_owned(),
-            Origin::File { given, .. } => given.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            Location::BuiltIn(name) => (*name).to_owned(),
+            Location::File { given, .. } => given.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         }
     }
 
-    pub fn is(&self, other: &Origin) -> bool {
+    pub fn is(&self, other: &Location) -> bool {
         match (self, other) {
-            (Origin::BuiltIn(one), Origin::BuiltIn(other)) => one == other,
-            (Origin::File { canonical: one, .. }, Origin::File { canonical: other, .. }) => {
+            (Location::BuiltIn(one), Location::BuiltIn(other)) => one == other,
+            (Location::File { canonical: one, .. }, Location::File { canonical: other, .. }) => {
                 one.is_some() && one == other
             }
             _ => false,

@@ -46,7 +46,7 @@ pub(super) struct Words {
 }
 
 /// A submission that the GPU is working on.
-pub(super) struct UnderWay {
+pub(super) struct Submission {
     slot: Slot,
     words: Words,
     index: SubmissionIndex,
@@ -102,7 +102,7 @@ impl Slots {
     }
 
     /// Returns the slot of a submission, whose values have been read, to the free slots.
-    pub fn give_back(&self, submission: UnderWay) {
+    pub fn give_back(&self, submission: Submission) {
         submission.slot.back.unmap();
         self.free.lock().unwrap_or_else(PoisonError::into_inner).push(submission.slot);
     }
@@ -131,7 +131,7 @@ impl Slot {
     }
 
     /// Submits the written input to the GPU.
-    pub fn submit(self, gpu: &Gpu, words: Words, compute: impl FnOnce(&mut ComputePass<'_>)) -> UnderWay {
+    pub fn submit(self, gpu: &Gpu, words: Words, compute: impl FnOnce(&mut ComputePass<'_>)) -> Submission {
         self.up.unmap();
         let index = gpu.queue.submit([self.commands(gpu, words, compute)]);
         let (tell, mapped) = mpsc::channel();
@@ -139,7 +139,7 @@ impl Slot {
         // Sending fails if the receiver was dropped after another error; that is ignored.
         self.back.map_async(MapMode::Read, ..4 * words.back as u64, move |result| _ = tell.send(result));
         self.up.map_async(MapMode::Write, .., move |result| _ = told.send(result));
-        UnderWay { slot: self, words, index, mapped }
+        Submission { slot: self, words, index, mapped }
     }
 
     /// Measures the time that the GPU computes, without upload and readback, for benchmarks. `compute` repeats its work
@@ -166,14 +166,14 @@ impl Slot {
     }
 }
 
-impl UnderWay {
+impl Submission {
     /// Waits until the submission has ended; `None` if it failed.
     pub fn wait(&self, gpu: &Gpu) -> Option<()> {
         gpu.device.poll(PollType::Wait { submission_index: Some(self.index.clone()), timeout: None }).ok()?;
         self.mapped.iter().all(|result| result.is_ok()).then_some(())
     }
 
-    /// Returns the values that came back. Call [`wait`](UnderWay::wait) first.
+    /// Returns the values that came back. Call [`wait`](Submission::wait) first.
     pub fn values(&self) -> Option<BufferView> {
         self.slot.back.get_mapped_range(..4 * self.words.back as u64).ok()
     }
