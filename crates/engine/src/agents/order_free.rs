@@ -143,7 +143,7 @@ impl Agents {
 
     /// Lists the tiles that contain a vertex of `area`, and `more` tiles around them, in order.
     fn tiles(&self, area: &Area, more: i64) -> impl Iterator<Item = TileId> + use<> {
-        area.padded((more * self.cells) as usize).squares(self.cells).map(|[x, y]| TileId { x, y })
+        area.padded((more * self.cells) as usize).square_numbers(self.cells).map(|[x, y]| TileId { x, y })
     }
 
     /// Returns the final lines of a tile, with rivers settled against each other.

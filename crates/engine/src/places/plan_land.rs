@@ -171,7 +171,7 @@ impl PlanLand {
         };
         let area = Area::new(at[0], at[1], cols, rows);
         let mut squares = BTreeSet::new();
-        for [bx, by] in area.squares(BLOCK) {
+        for [bx, by] in area.square_numbers(BLOCK) {
             let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
             if !is_looked_at(own) {
                 continue;
@@ -182,7 +182,7 @@ impl PlanLand {
             copy(&block.waters, own, &mut window.waters, area, part);
             let [x0, y0] = self.scale.vertex([own.x0, own.y0]);
             let side = own.width() * self.scale.step as usize + 1;
-            squares.extend(Area::new(x0, y0, side, side).squares(rivers.side));
+            squares.extend(Area::new(x0, y0, side, side).square_numbers(rivers.side));
         }
         for square in squares {
             window.rivers.extend(rivers.of(land, square).iter());

@@ -361,7 +361,7 @@ impl Picture {
     /// Iterates over the parts of the picture in the rows of blocks.
     fn rows(&self) -> impl Iterator<Item = Area> {
         let column = Area { x1: self.area.x0 + 1, ..self.area };
-        column.parts(BLOCK).map(|part| Area { x1: self.area.x1, ..part })
+        column.squares(BLOCK as usize).map(|part| Area { x1: self.area.x1, ..part })
     }
 
     /// Returns the pixels of a part of the picture: RGB, row by row.
@@ -370,7 +370,7 @@ impl Picture {
     /// When the part is not within the picture.
     pub fn pixels(&self, part: Area) -> Vec<u8> {
         assert!(self.area.contains(&part), "a picture knows what it shows and no more");
-        let parts: Vec<Area> = part.parts(BLOCK).collect();
+        let parts: Vec<Area> = part.squares(BLOCK as usize).collect();
         let blocks: Vec<Vec<u8>> = parts.par_iter().map(|part| self.block(*part)).collect();
         let mut pixels = vec![0; part.len() * 3];
         let bytes = part.width() * 3;
@@ -418,7 +418,7 @@ impl Picture {
         page.begin_layer(PageLayer::Relief);
         page.begin_picture(self.area);
         for strip in self.rows() {
-            let parts: Vec<Area> = strip.parts(BLOCK).collect();
+            let parts: Vec<Area> = strip.squares(BLOCK as usize).collect();
             let blocks: Vec<(GroundPixels, Outlines)> = parts.par_iter().map(|part| self.ground(*part)).collect();
             let mut canvas = Canvas::new(strip, Colour([0; 3]));
             for (part, (ground, outlines)) in parts.into_iter().zip(blocks) {

@@ -234,7 +234,7 @@ impl Draughtsman<'_> {
         key: impl Fn(&T) -> K + Sync,
     ) -> Vec<T> {
         let part = |[x, y]: [i64; 2]| Area::new(x * PART, y * PART, PART as usize + 1, PART as usize + 1);
-        let parts: Vec<Area> = area.squares(PART).filter_map(|at| part(at).common(&area)).collect();
+        let parts: Vec<Area> = area.square_numbers(PART).filter_map(|at| part(at).common(&area)).collect();
         let found = |part: &Area| {
             stop::check();
             find(part)
@@ -340,7 +340,7 @@ impl Draughtsman<'_> {
         let square_m = TOWN_MM * self.scale.denominator() / 1000.0;
         let cells = (square_m / (cell_side as f64 * settled.spacing_m())).ceil() as i64;
         let side = cells * cell_side;
-        let squares: Vec<[i64; 2]> = vertices.squares(side).collect();
+        let squares: Vec<[i64; 2]> = vertices.square_numbers(side).collect();
         let town = |square| settled.chief_site(square, cells).map(|site| SiteFeature::new(settled, &site));
         squares.into_par_iter().filter_map(town).collect()
     }

@@ -217,7 +217,7 @@ struct Numberer<'a> {
 impl Numberer<'_> {
     /// Returns at most one number for each square, on the straightest part of an index line.
     fn numbers(&self, contours: &[ContourLine], written: &[Quad]) -> Vec<Placed> {
-        let squares = self.ground.area.parts(SQUARE);
+        let squares = self.ground.area.squares(SQUARE as usize);
         squares
             .filter_map(|square| {
                 let near: Vec<&Quad> = written.iter().filter(|quad| square.meets(bounds(quad.iter()))).collect();

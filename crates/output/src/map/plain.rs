@@ -61,7 +61,7 @@ impl MapPainter {
             return bytes(&words, wanted);
         }
         let mut painted = vec![0; wanted.len() * 3];
-        for part in wanted.parts(SQUARE) {
+        for part in wanted.squares(SQUARE as usize) {
             let mut canvas = Canvas::at_vertices(part.on_grid(SQUARE));
             canvas.put_words(part, &words);
             drawing.draw_roads(&self.style, self.scale, &mut canvas);

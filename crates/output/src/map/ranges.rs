@@ -124,7 +124,7 @@ impl Afar {
         let wide = area.padded(nodes(APART_MM) + HALO);
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut heights = Grid::filled(wide, 0.0);
-        let parts: Vec<Area> = wide.parts(PART).collect();
+        let parts: Vec<Area> = wide.squares(PART as usize).collect();
         let made: Vec<Grid<f32>> =
             parts.into_par_iter().map(|part| self.world.relief().land(part, &Clock::default()).heights).collect();
         for part in made {

@@ -106,7 +106,7 @@ impl FromAfar {
         // The peak lies no further from the coarse high ground than the climb reaches.
         let reach = self.climb.reach() / stride + 1;
         let area = scale.nodes_of(pixels, self.world.spacing_m()).padded(reach as usize);
-        let blocks: Vec<[i64; 2]> = area.squares(BLOCK * CELL).collect();
+        let blocks: Vec<[i64; 2]> = area.square_numbers(BLOCK * CELL).collect();
         let block = |block: &[i64; 2]| self.blocks.get(*block, || self.block(whole, *block));
         let found: Vec<Arc<Vec<Summit>>> = blocks.par_iter().map(block).collect();
         let vertices = scale.nodes_of(pixels, whole.spacing_m());
@@ -125,7 +125,7 @@ impl FromAfar {
         let land = self.world.relief().land(area.padded(CELL as usize), &Clock::default());
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut found = Vec::new();
-        for cell in area.parts(CELL) {
+        for cell in area.squares(CELL as usize) {
             stop::check();
             let (top, height_m) = highest(&land.heights, cell);
             let around = Area::new(top[0], top[1], 1, 1).padded((CELL * 3 / 4) as usize);

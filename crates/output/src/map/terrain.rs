@@ -132,7 +132,7 @@ impl MapTerrain {
         let side = i64::from(self.world.tile_cells());
         let mut nodes =
             Nodes { heights: Grid::filled(area, 0.0), ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
-        for [x, y] in area.squares(side) {
+        for [x, y] in area.square_numbers(side) {
             let id = TileId { x, y };
             let (patch, own) = (self.patch(id), self.own(id));
             let common = own.common(&area).expect("the patch was chosen by the area");
