@@ -438,29 +438,19 @@ impl Picture {
     /// Draws everything that lies over the ground, with the outlines of some blocks.
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         draw_outlines(outlines, canvas);
-        canvas.begin_layer(PageLayer::Houses);
-        self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Waters);
-        self.draw_waters(outlines, canvas);
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Roads);
-        self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas);
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Places);
-        self.draw_places(canvas);
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Names);
-        self.draw_names(canvas);
-        canvas.end_layer();
+        canvas.layer(PageLayer::Houses, |canvas| {
+            self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
+        });
+        canvas.layer(PageLayer::Waters, |canvas| self.draw_waters(outlines, canvas));
+        canvas.layer(PageLayer::Roads, |canvas| self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas));
+        canvas.layer(PageLayer::Places, |canvas| self.draw_places(canvas));
+        canvas.layer(PageLayer::Names, |canvas| self.draw_names(canvas));
     }
 
     fn draw_waters(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
         for lake in &drawing.lakes {
-            canvas.begin_item(&lake.item("lake"));
-            canvas.fill(&lake.shape, style.water.fill);
-            canvas.end_item();
+            canvas.item(&lake.item("lake"), |canvas| canvas.fill(&lake.shape, style.water.fill));
         }
         let stroke_rivers =
             |canvas: &mut dyn Plotter, kind: &'static str, colour: Colour, drawn: &dyn Fn(&Strokes) -> Vec<f64>| {
@@ -468,28 +458,23 @@ impl Picture {
                     if !canvas.sees(river.bounds) {
                         continue;
                     }
-                    canvas.begin_item(&Item { kind, id: &river.id, name: &river.name });
-                    for (width, (_, part)) in drawn(river).into_iter().zip(&river.parts) {
-                        let pen = Pen { width: width as f32, ..self.line(colour, 0.0) };
-                        canvas.stroke(std::slice::from_ref(part), &pen);
-                    }
-                    canvas.end_item();
+                    canvas.item(&Item { kind, id: &river.id, name: &river.name }, |canvas| {
+                        for (width, (_, part)) in drawn(river).into_iter().zip(&river.parts) {
+                            canvas.stroke(std::slice::from_ref(part), &Pen::solid(colour, width));
+                        }
+                    });
                 }
             };
         stroke_rivers(canvas, "river", style.water.line, &|river| {
             river.parts.iter().map(|(width, _)| *width).collect()
         });
-        let shore = self.line(style.water.line, style.water.shore_mm);
+        let shore = Pen::solid(style.water.line, scale.pixels(style.water.shore_mm));
         for lake in &drawing.lakes {
-            canvas.begin_item(&lake.item("shore"));
-            canvas.stroke_shape(&lake.shape, &shore);
-            canvas.end_item();
+            canvas.item(&lake.item("shore"), |canvas| canvas.stroke_shape(&lake.shape, &shore));
         }
-        canvas.begin_item(&Item::only("coasts"));
-        for outlines in outlines {
-            canvas.stroke(&outlines.coasts, &shore);
-        }
-        canvas.end_item();
+        canvas.item(&Item::only("coasts"), |canvas| {
+            outlines.iter().for_each(|outlines| canvas.stroke(&outlines.coasts, &shore));
+        });
         // Between their banks, wide rivers have the colour of lakes. The water is drawn last, so no line separates it
         // from the lake or river that it runs into.
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
@@ -500,30 +485,23 @@ impl Picture {
     fn draw_places(&self, canvas: &mut dyn Plotter) {
         let (style, scale) = (&self.chart.style, self.chart.scale);
         for site in &self.drawing.sites {
-            canvas.begin_item(&Item { kind: site.class.name(), id: &site.id.to_string(), name: &site.name });
-            draw_site(canvas, scale.pixel(site.at), site.class, scale, style);
-            canvas.end_item();
+            canvas.item(&Item { kind: site.class.name(), id: &site.id.to_string(), name: &site.name }, |canvas| {
+                draw_site(canvas, scale.pixel(site.at), site.class, scale, style);
+            });
         }
         for Writing { kind, name, at, colour, .. } in self.writings.iter().filter(|writing| writing.is_peak()) {
-            canvas.begin_item(&Item { kind, id: name, name });
-            draw_peak(canvas, *at, scale, *colour);
-            canvas.end_item();
+            canvas.item(&Item { kind, id: name, name }, |canvas| draw_peak(canvas, *at, scale, *colour));
         }
     }
 
     fn draw_names(&self, canvas: &mut dyn Plotter) {
         let labels = &self.chart.style.labels;
-        let halo = Pen { opacity: 0.85, ..self.line(labels.halo, 2.0 * labels.halo_mm) };
+        let halo = Pen { opacity: 0.85, ..Pen::solid(labels.halo, self.chart.scale.pixels(2.0 * labels.halo_mm)) };
         let inscriptions = self.writings.iter().map(|Writing { name, text, colour, .. }| {
             let item = Item { kind: "name", id: name, name };
             Inscription { item, text, colour: *colour, halo }
         });
         canvas.inscribe(&inscriptions.collect::<Vec<_>>());
-    }
-
-    /// Returns an opaque pen without dashes, `mm` millimetres wide.
-    fn line(&self, colour: Colour, mm: f64) -> Pen {
-        Pen { colour, opacity: 1.0, width: self.chart.scale.pixels(mm) as f32, dash: None }
     }
 }
 
@@ -535,23 +513,15 @@ fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter) {
             outlines.draw(trace, canvas);
         }
     };
-    canvas.begin_layer(PageLayer::Signs);
-    draw(canvas, GroundLine::Sign);
-    canvas.end_layer();
-    canvas.begin_layer(PageLayer::Contours);
-    for (trace, kind) in [
-        (GroundLine::Depth, "depths"),
-        (GroundLine::Contour, "intermediate-contours"),
-        (GroundLine::IndexContour, "index-contours"),
-    ] {
-        canvas.begin_item(&Item::only(kind));
-        draw(canvas, trace);
-        canvas.end_item();
-    }
-    canvas.begin_item(&Item::only("heights"));
-    for outlines in outlines {
-        outlines.write(canvas);
-    }
-    canvas.end_item();
-    canvas.end_layer();
+    canvas.layer(PageLayer::Signs, |canvas| draw(canvas, GroundLine::Sign));
+    canvas.layer(PageLayer::Contours, |canvas| {
+        for (trace, kind) in [
+            (GroundLine::Depth, "depths"),
+            (GroundLine::Contour, "intermediate-contours"),
+            (GroundLine::IndexContour, "index-contours"),
+        ] {
+            canvas.item(&Item::only(kind), |canvas| draw(canvas, trace));
+        }
+        canvas.item(&Item::only("heights"), |canvas| outlines.iter().for_each(|outlines| outlines.write(canvas)));
+    });
 }

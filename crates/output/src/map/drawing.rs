@@ -404,7 +404,7 @@ impl Drawing {
     pub fn draw_roads(&self, style: &Style, scale: Scale, canvas: &mut dyn Plotter) {
         let casing = style.roads.casing;
         let class = |class| style.roads.class(class);
-        let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
+        let line = |colour: Colour, mm: f64| Pen::solid(colour, scale.pixels(mm));
         let tunnel = |of: RoadClass| Pen {
             dash: Some([scale.pixels(0.6) as f32, scale.pixels(0.4) as f32]),
             ..line(casing, class(of).width_mm * 0.5)
@@ -426,11 +426,9 @@ fn stroke_parts(
     pen: impl Fn(RoadClass) -> Pen,
 ) {
     for road in parts.chunk_by(|one, next| one.id == next.id) {
-        canvas.begin_item(&Item { kind: kind(road[0].class), id: &road[0].id, name: "" });
-        for part in road {
-            canvas.stroke_shape(&part.shape, &pen(part.class));
-        }
-        canvas.end_item();
+        canvas.item(&Item { kind: kind(road[0].class), id: &road[0].id, name: "" }, |canvas| {
+            road.iter().for_each(|part| canvas.stroke_shape(&part.shape, &pen(part.class)));
+        });
     }
 }
 

@@ -84,12 +84,7 @@ impl Outlines {
                 .filter(|line| line.number as f64 * interval_m != sea_level_m)
                 .partition(|line| line.number as f64 * interval_m > sea_level_m);
             if has_depths {
-                let pen = Pen {
-                    colour: style.water.line,
-                    opacity: 0.6,
-                    width: scale.pixels(style.water.depth_mm) as f32,
-                    dash: None,
-                };
+                let pen = Pen { opacity: 0.6, ..Pen::solid(style.water.line, scale.pixels(style.water.depth_mm)) };
                 outlines.lines.push((GroundLine::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
             }
             if style.contours.draw {
@@ -124,8 +119,7 @@ impl Outlines {
         let mut pens: [(Pen, Polylines); 4] = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(index, snow)| {
             let mm = [contour.width_mm, contour.index_width_mm][index];
             let colour = [contour.colour, contour.on_snow][snow];
-            let width = scale.pixels(mm) as f32;
-            (Pen { colour, opacity: contour.opacity as f32, width, dash: None }, Vec::new())
+            (Pen { opacity: contour.opacity as f32, ..Pen::solid(colour, scale.pixels(mm)) }, Vec::new())
         });
         for line in contours {
             // Split the line into runs on snow and off it, which overlap by a point. No run goes through a number.

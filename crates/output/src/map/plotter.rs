@@ -56,6 +56,13 @@ pub(crate) struct Pen {
     pub dash: Option<[f32; 2]>,
 }
 
+impl Pen {
+    /// Returns an opaque pen without dashes.
+    pub fn solid(colour: Colour, width: f64) -> Pen {
+        Pen { colour, opacity: 1.0, width: width as f32, dash: None }
+    }
+}
+
 /// Layers of a page, from the lowest to the highest. Whoever edits the page can hide or change a layer as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PageLayer {
@@ -178,6 +185,22 @@ pub(crate) trait Plotter {
         if self.sees(shape.bounds) {
             self.stroke(&shape.lines, pen);
         }
+    }
+}
+
+impl dyn Plotter + '_ {
+    /// Draws a layer.
+    pub fn layer(&mut self, layer: PageLayer, draw: impl FnOnce(&mut Self)) {
+        self.begin_layer(layer);
+        draw(self);
+        self.end_layer();
+    }
+
+    /// Draws one object of a layer.
+    pub fn item(&mut self, item: &Item<'_>, draw: impl FnOnce(&mut Self)) {
+        self.begin_item(item);
+        draw(self);
+        self.end_item();
     }
 }
 

@@ -227,13 +227,10 @@ impl Sheet<'_> {
         let (style, scale, map) = (chart.style(), chart.scale(), picture.area());
         let mut printer = SheetPrinter { style, scale, map, page, marks: Vec::new() };
         if let Some(overlay) = captions.overlay {
-            printer.marks.push(Mark::Begin("overlay"));
-            printer.overlay(overlay);
-            printer.marks.push(Mark::End);
+            printer.group("overlay", |printer| printer.overlay(overlay));
         }
         for furniture in &captions.furniture {
-            printer.marks.push(Mark::Begin(furniture.name()));
-            match furniture {
+            printer.group(furniture.name(), |printer| match furniture {
                 Furniture::Title => printer.title(&captions.title, &captions.subtitle),
                 Furniture::Frame => printer.frame(),
                 Furniture::Grid => printer.grid(),
@@ -241,12 +238,9 @@ impl Sheet<'_> {
                 Furniture::North => printer.north(),
                 Furniture::Legend => printer.legend(&picture.legend(), chart.interval_m()),
                 Furniture::Recipe => printer.recipe(&captions.recipe),
-            }
-            printer.marks.push(Mark::End);
+            });
         }
-        printer.marks.push(Mark::Begin("neighbours"));
-        printer.neighbours(&captions.neighbours);
-        printer.marks.push(Mark::End);
+        printer.group("neighbours", |printer| printer.neighbours(&captions.neighbours));
         Sheet { picture: Some(picture), style, scale, page, marks: printer.marks }
     }
 
@@ -323,15 +317,13 @@ impl Sheet<'_> {
     /// When the page cannot be written.
     pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let Sheet { picture, style, scale, .. } = *self;
-        page.begin_layer(PageLayer::Paper);
-        page.fill(&Shape::rectangle(self.page.edges()), style.paper);
-        page.end_layer();
+        let canvas: &mut dyn Plotter = page;
+        canvas.layer(PageLayer::Paper, |canvas| canvas.fill(&Shape::rectangle(self.page.edges()), style.paper));
         if let Some(picture) = picture {
             picture.plot(page, watch)?;
         }
-        page.begin_layer(PageLayer::Furniture);
-        self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
-        page.end_layer();
+        let canvas: &mut dyn Plotter = page;
+        canvas.layer(PageLayer::Furniture, |canvas| self.marks.iter().for_each(|mark| mark.draw(canvas, scale, style)));
         Ok(())
     }
 }
@@ -343,7 +335,7 @@ impl Mark {
             Mark::End => plotter.end_item(),
             Mark::Fill(shape, colour) => plotter.fill(shape, *colour),
             Mark::Line(line, colour, width, opacity) => {
-                let pen = Pen { colour: *colour, opacity: *opacity, width: *width as f32, dash: None };
+                let pen = Pen { opacity: *opacity, ..Pen::solid(*colour, *width) };
                 plotter.stroke_shape(&Shape::new(vec![line.clone()]), &pen);
             }
             Mark::Site(at, class) => draw_site(plotter, *at, *class, scale, style),
@@ -396,6 +388,13 @@ struct SheetPrinter<'a> {
 impl SheetPrinter<'_> {
     fn mm(&self, mm: f64) -> f64 {
         self.scale.pixels(mm)
+    }
+
+    /// Prints marks that belong together.
+    fn group(&mut self, kind: &'static str, print: impl FnOnce(&mut Self)) {
+        self.marks.push(Mark::Begin(kind));
+        print(self);
+        self.marks.push(Mark::End);
     }
 
     fn line(&mut self, line: Vec<DVec2>, mm: f64) {

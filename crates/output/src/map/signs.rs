@@ -98,12 +98,7 @@ pub(super) fn signs(
             }
         });
     }
-    let pen = |mm: f64| Pen {
-        colour: style.colour,
-        opacity: style.opacity as f32,
-        width: scale.pixels(mm) as f32,
-        dash: None,
-    };
+    let pen = |mm: f64| Pen { opacity: style.opacity as f32, ..Pen::solid(style.colour, scale.pixels(mm)) };
     let widths = (1..).zip(strokes).map(|(step, lines)| (pen(style.width_mm * f64::from(step) / WIDTHS as f64), lines));
     widths.chain([(pen(1.2 * style.width_mm), stones)]).filter(|(_, lines)| !lines.is_empty()).collect()
 }
