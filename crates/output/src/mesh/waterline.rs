@@ -13,7 +13,7 @@ use glam::{DVec2, dvec2};
 
 use super::PARTS;
 use crate::area::Area;
-use crate::contour::{Edge, chains};
+use crate::contour::{Edge, chains, square};
 use crate::geometry::{LineSegment, furthest, simplified};
 use crate::land::WaterKind;
 use crate::lines::{Line, LineKind, LinePoint};
@@ -300,11 +300,11 @@ impl Waterlines {
     /// Adds the shores of standing water.
     fn add_shores(&mut self, tolerance: f64) {
         let mut segments: Vec<[Edge; 2]> = Vec::new();
-        let cells = self.cells as i64;
-        for row in 0..cells {
-            for column in 0..cells {
-                self.standing.cross(column, row, &mut segments);
-            }
+        for (column, row) in Area::new(0, 0, self.cells, self.cells).vertices() {
+            // Two waters that touch at a corner are connected, because water narrower than a cell goes on there.
+            let is_wet = |[dx, dy]: [i64; 2]| self.standing.at(column + dx, row + dy).is_some();
+            let wet = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|corner| if is_wet(corner) { 1.0 } else { 0.0 });
+            square(wet, 0.5, [column, row], 1, &mut segments);
         }
         let miss = tolerance * CELL;
         let mut left_out: Vec<Vec<Edge>> = Vec::new();
@@ -671,22 +671,6 @@ impl Standing {
                 let is_first = place[axis] < shore;
                 ends[usize::from(!is_first)].map(|(kind, _)| kind)
             }
-        }
-    }
-
-    /// Adds the shores through a cell, each from edge to edge.
-    fn cross(&self, column: i64, row: i64, segments: &mut Vec<[Edge; 2]>) {
-        let wet = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| self.at(column + dx, row + dy).is_some());
-        let edges = [(column, row, false), (column + 1, row, true), (column, row + 1, false), (column, row, true)];
-        let crossed: Vec<usize> = (0..4).filter(|edge| wet[*edge] != wet[(edge + 1) % 4]).collect();
-        match crossed[..] {
-            [one, other] => segments.push([edges[one], edges[other]]),
-            // Two waters that touch at a corner are connected, because water narrower than a cell goes on there.
-            [_, _, _, _] => {
-                let pairs = if wet[0] { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
-                segments.extend(pairs.map(|pair| pair.map(|edge| edges[edge])));
-            }
-            _ => {}
         }
     }
 
