@@ -74,12 +74,10 @@ mod tests {
     use super::*;
 
     fn cone(area: Area) -> Grid<f32> {
-        let mut grid = Grid::filled(area, 0.0);
-        for (x, y) in area.vertices() {
+        Grid::of(area, |x, y| {
             let (east, south) = (x as f32 - 20.3, y as f32 - 31.7);
-            grid.row_mut(y, x, x + 1)[0] = 500.0 - 9.0 * (east * east + south * south).sqrt();
-        }
-        grid
+            500.0 - 9.0 * (east * east + south * south).sqrt()
+        })
     }
 
     #[test]
@@ -108,11 +106,10 @@ mod tests {
     #[test]
     fn contours_are_as_high_as_they_say() {
         let area = Area::new(-100, -100, 300, 300);
-        let mut heights = Grid::filled(area.padded(4), 0.0);
-        for (x, y) in heights.area().vertices() {
+        let heights = Grid::of(area.padded(4), |x, y| {
             let (east, south) = (x as f32 * 0.11, y as f32 * 0.07);
-            heights.row_mut(y, x, x + 1)[0] = 900.0 + 300.0 * east.sin() * south.cos() + 2.0 * (x - y) as f32;
-        }
+            900.0 + 300.0 * east.sin() * south.cos() + 2.0 * (x - y) as f32
+        });
         let height_at = |DVec2 { x, y }| {
             // Heights belong to pixel centres, and edges span two pixels.
             let at = |at: f64| ((at - 0.5) / STEP as f64).floor() as i64 * STEP;

@@ -440,11 +440,7 @@ mod tests {
 
     /// Makes hilly ground, with metres of difference between neighbouring vertices.
     fn hilly(area: Area) -> Ground {
-        let mut heights = Grid::filled(area, 0.0);
-        for y in area.y0..area.y1 {
-            (area.x0..area.x1)
-                .for_each(|x| heights.row_mut(y, x, x + 1)[0] = (combine(x as u64, y as u64) % 1000) as f32 * 0.01);
-        }
+        let heights = Grid::of(area, |x, y| (combine(x as u64, y as u64) % 1000) as f32 * 0.01);
         Ground::new(&Surface::full(area.width() as u32 - 1), &heights, area)
     }
 
@@ -465,10 +461,7 @@ mod tests {
         let ridge_m = |x: i64| if (-59..=-50).contains(&x) { 90.0 } else { 50.0 };
         let kind = |x: i64| (-60..=-49).contains(&x).then_some(StructureKind::Tunnel);
         let line = road((-70..=-39).map(|x| ([x as f64 + 0.5, 20.0], 50.0, kind(x))), 8.0);
-        let mut heights = Grid::filled(area, 50.0);
-        for y in area.y0..area.y1 {
-            (area.x0..area.x1).for_each(|x| heights.row_mut(y, x, x + 1)[0] = ridge_m(x));
-        }
+        let mut heights = Grid::of(area, |x, _| ridge_m(x));
         Imprint::new(&heights, None, [&line]).expect("the road is here").shape(&mut heights, None);
         let ground = Ground::new(&Surface::full(32), &heights, area);
         let all = ribbons(&area, &[Arc::new(line)], &ground, 0.01);

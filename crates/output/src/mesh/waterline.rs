@@ -15,6 +15,7 @@ use super::PARTS;
 use crate::area::Area;
 use crate::contour::{Edge, chains, square};
 use crate::geometry::{LineSegment, furthest, simplified};
+use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::{Line, LineKind, LinePoint};
 use crate::tile::Tile;
@@ -150,10 +151,9 @@ impl Reaches {
 /// Standing water at the vertices of a tile and one vertex around them.
 #[derive(Debug)]
 struct Standing {
-    area: Area,
-    /// Kind and level in metres of the water at each vertex.
-    wet: Vec<Option<(WaterKind, f32)>>,
-    heights_m: Vec<f32>,
+    /// Kind and level in metres of the water at each vertex, counted from the tile's corner.
+    wet: Grid<Option<(WaterKind, f32)>>,
+    heights_m: Grid<f32>,
 }
 
 impl Waterlines {
@@ -167,7 +167,7 @@ impl Waterlines {
         let courses: Vec<CentreLine> =
             lines.iter().map(|line| CentreLine::new(line, &area, tolerance, grain)).collect();
         let standing = Standing::new(world, tile, &courses);
-        if courses.is_empty() && standing.wet.iter().all(Option::is_none) {
+        if courses.is_empty() && standing.wet.values().iter().all(Option::is_none) {
             return None;
         }
         let cells = area.width() - 1;
@@ -534,72 +534,65 @@ impl CentrePoint {
 
 impl Standing {
     fn new(world: &World, tile: &Tile, courses: &[CentreLine]) -> Standing {
-        let padded = tile.heights().area();
+        let Area { x0, y0, .. } = tile.area();
         // One vertex around the tile is used, even if the tile knows more, so that neighbours agree.
-        let area = tile.area().padded(1);
+        let area = Area::new(0, 0, tile.area().width(), tile.area().height()).padded(1);
         let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
-        debug_assert!(padded.common(&area) == Some(area));
-        let (mut wet, mut heights_m) = (Vec::with_capacity(area.len()), Vec::with_capacity(area.len()));
-        for y in area.y0..area.y1 {
-            for x in area.x0..area.x1 {
-                let height_m = tile.heights().at(x, y);
-                heights_m.push(height_m);
-                let kind = match tile.water() {
-                    Some(water) => water.kind.at(x, y),
-                    None if height_m < sea_m => WaterKind::Sea,
-                    None => WaterKind::Dry,
-                };
-                wet.push(match kind {
-                    WaterKind::Dry => None,
-                    WaterKind::Sea => Some((kind, sea_m)),
-                    WaterKind::Lake | WaterKind::River => {
-                        let depth_m = tile.water().map_or(0.0, |water| water.depth_m.at(x, y));
-                        // Round levels, so that a lake whose level was a sum of floats is flat.
-                        Some((kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE))
-                    }
-                });
+        let heights_m = Grid::of(area, |column, row| tile.heights().at(x0 + column, y0 + row));
+        let wet = Grid::of(area, |column, row| {
+            let (x, y, height_m) = (x0 + column, y0 + row, heights_m.at(column, row));
+            let kind = match tile.water() {
+                Some(water) => water.kind.at(x, y),
+                None if height_m < sea_m => WaterKind::Sea,
+                None => WaterKind::Dry,
+            };
+            match kind {
+                WaterKind::Dry => None,
+                WaterKind::Sea => Some((kind, sea_m)),
+                WaterKind::Lake | WaterKind::River => {
+                    let depth_m = tile.water().map_or(0.0, |water| water.depth_m.at(x, y));
+                    // Round levels, so that a lake whose level was a sum of floats is flat.
+                    Some((kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE))
+                }
             }
-        }
-        let mut standing = Standing { area, wet, heights_m };
-        standing.leave_out(courses, tile.area());
+        });
+        let mut standing = Standing { wet, heights_m };
+        standing.leave_out(courses);
         standing
     }
 
     /// Removes the raster's water of rivers that have banks of their own. Side arms and oxbow lakes have none and stay.
-    fn leave_out(&mut self, courses: &[CentreLine], tile: Area) {
+    fn leave_out(&mut self, courses: &[CentreLine]) {
         for pair in courses.iter().flat_map(CentreLine::pieces) {
             // Reach beyond the banks to the next vertices: the raster's rivers are a little wider and begin a little
             // earlier.
-            for [column, row] in vertices_near(pair, BESIDE, -1..=self.area.width() as i64 - 2) {
-                let index = self.index(column, row);
+            for [column, row] in vertices_near(pair, BESIDE, -1..=self.last() + 1) {
                 let place = [column, row].map(|at| at as f64 * CELL);
                 let beside = covering(pair, place, 1.0, -BESIDE).is_some();
-                if beside && matches!(self.wet[index], Some((WaterKind::River, _))) {
-                    self.wet[index] = None;
+                if beside && matches!(self.at(column, row), Some((WaterKind::River, _))) {
+                    self.wet.row_mut(row, column, column + 1)[0] = None;
                 }
             }
         }
-        debug_assert_eq!(self.area, tile.padded(1));
     }
 
     fn has_any(&self, area: Area) -> bool {
         (0..area.height() as i64).any(|row| (0..area.width() as i64).any(|column| self.at(column, row).is_some()))
     }
 
-    /// Returns the index of a vertex, counted from the tile's corner.
-    fn index(&self, column: i64, row: i64) -> usize {
-        ((row + 1) * self.area.width() as i64 + column + 1) as usize
+    /// Returns the last column and row of the tile.
+    fn last(&self) -> i64 {
+        self.wet.area().x1 - 2
     }
 
     /// Returns the water at a vertex, counted from the tile's corner.
     fn at(&self, column: i64, row: i64) -> Option<(WaterKind, f32)> {
-        self.wet[self.index(column, row)]
+        self.wet.at(column, row)
     }
 
     /// Returns the water at the vertex nearest to a place.
     fn nearest(&self, place: [f64; 2]) -> Option<(WaterKind, f32)> {
-        let last = self.area.width() as i64 - 3;
-        let [column, row] = place.map(|at| ((at / CELL).round() as i64).clamp(0, last));
+        let [column, row] = place.map(|at| ((at / CELL).round() as i64).clamp(0, self.last()));
         self.at(column, row)
     }
 
@@ -623,8 +616,7 @@ impl Standing {
         let ([_, inside], 1) = self.ends(*first) else { return };
         let mut open = vec![inside];
         while let Some((column, row)) = open.pop() {
-            let index = self.index(column, row);
-            if self.wet[index].take().is_some() {
+            if self.wet.row_mut(row, column, column + 1)[0].take().is_some() {
                 // Waters that touch at a corner are connected.
                 open.extend((-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (column + dx, row + dy))));
             }
@@ -643,8 +635,7 @@ impl Standing {
     /// Returns the standing water at the vertices around a place, and the share of the surroundings that is under
     /// water.
     fn between(&self, place: [f64; 2]) -> Option<((WaterKind, f32), f64)> {
-        let last = self.area.width() as i64 - 4;
-        let [column, row] = place.map(|at| ((at / CELL).floor() as i64).clamp(0, last));
+        let [column, row] = place.map(|at| ((at / CELL).floor() as i64).clamp(0, self.last() - 1));
         let [u, v] = [place[0] / CELL - column as f64, place[1] / CELL - row as f64];
         let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.at(column + dx, row + dy));
         let shares = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
@@ -656,9 +647,8 @@ impl Standing {
 
     /// Returns the standing water at a place on a line of the raster that runs along an axis.
     fn on_edge(&self, axis: usize, place: [f64; 2]) -> Option<WaterKind> {
-        let last = self.area.width() as i64 - 4;
         let mut first = place.map(|at| (at / CELL).round() as i64);
-        first[axis] = ((place[axis] / CELL).floor() as i64).clamp(0, last);
+        first[axis] = ((place[axis] / CELL).floor() as i64).clamp(0, self.last() - 1);
         let mut second = first;
         second[axis] += 1;
         let ends = [first, second].map(|[column, row]| self.at(column, row));
@@ -677,7 +667,7 @@ impl Standing {
     /// Returns the share of an edge between two vertices at which a shore crosses it.
     fn share(&self, edge: Edge) -> f64 {
         let (ends, under) = self.ends(edge);
-        let heights_m = ends.map(|(column, row)| self.heights_m[self.index(column, row)]);
+        let heights_m = ends.map(|(column, row)| self.heights_m.at(column, row));
         let over = 1 - under;
         let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
         let rise_m = f64::from(heights_m[over] - heights_m[under]);
@@ -777,9 +767,8 @@ mod tests {
     /// m.
     fn standing(kind: WaterKind, at: impl Fn(i64, i64) -> bool) -> Waterlines {
         let area = Area::new(0, 0, CELLS + 1, CELLS + 1).padded(1);
-        let places = || (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
-        let wet = places().map(|(x, y)| at(x, y).then_some((kind, 6.0))).collect();
-        let heights_m = places().map(|(x, y)| if at(x, y) { 5.5 } else { 7.0 }).collect();
+        let wet = Grid::of(area, |x, y| at(x, y).then_some((kind, 6.0)));
+        let heights_m = Grid::of(area, |x, y| if at(x, y) { 5.5 } else { 7.0 });
         let mut waters = Waterlines {
             cells: CELLS,
             grain: 1,
@@ -787,7 +776,7 @@ mod tests {
             beds: Vec::new(),
             courses: Vec::new(),
             reaches: Reaches::new(&[], CELLS),
-            standing: Standing { area, wet, heights_m },
+            standing: Standing { wet, heights_m },
             covered: HashMap::new(),
         };
         waters.add_shores(FINEST);
