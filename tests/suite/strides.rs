@@ -36,11 +36,8 @@ fn mean_around([x, y]: [i64; 2], by: i64, of: impl Fn(i64, i64) -> f32) -> f32 {
 
 /// The means around every second node of what lies a node around an area's nodes.
 fn halved(world: &World, area: Area) -> Grid<f32> {
-    let (fine, mut means) = (heights(world, finer(area, 2)), Grid::filled(area, 0.0));
-    for (x, y) in area.vertices() {
-        means.row_mut(y, x, x + 1)[0] = mean_around([x, y], 2, |x, y| fine.at(x, y));
-    }
-    means
+    let fine = heights(world, finer(area, 2));
+    Grid::of(area, |x, y| mean_around([x, y], 2, |x, y| fine.at(x, y)))
 }
 
 #[test]

@@ -91,17 +91,19 @@ impl Area {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }
 
-    /// Iterates over the squares of `side` x `side` vertices, counted from the origin, that hold some of the area's: the
-    /// column and the row of each, row by row.
-    pub fn squares(self, side: i64) -> impl Iterator<Item = [i64; 2]> + Clone {
+    /// Returns the columns and rows of the squares of `side` x `side` vertices, aligned to the origin, in which the area
+    /// has a part, row by row.
+    pub fn square_numbers(self, side: i64) -> impl Iterator<Item = [i64; 2]> {
         let span = move |from: i64, past: i64| from.div_euclid(side)..=(past - 1).div_euclid(side);
         span(self.y0, self.y1).flat_map(move |row| span(self.x0, self.x1).map(move |column| [column, row]))
     }
 
-    /// Iterates over the parts of the area in such [squares](Area::squares), row by row.
-    pub fn parts(self, side: i64) -> impl Iterator<Item = Area> {
-        let square = move |at: [i64; 2]| Area::new(at[0] * side, at[1] * side, side as usize, side as usize);
-        self.squares(side).filter_map(move |at| square(at).common(&self))
+    /// Returns the parts of the area that lie in squares of `side` x `side` vertices, aligned to the origin.
+    pub fn squares(self, side: usize) -> impl Iterator<Item = Area> {
+        let whole = self.on_grid(side as i64);
+        let firsts = move |from: i64, past: i64| (from..past).step_by(side);
+        let corners = firsts(whole.y0, whole.y1).flat_map(move |y| firsts(whole.x0, whole.x1).map(move |x| (x, y)));
+        corners.filter_map(move |(x, y)| Area::new(x, y, side, side).common(&self))
     }
 
     /// Cuts the area in two across its longer side; one half is at most one vertex wider than the other.
@@ -116,10 +118,16 @@ impl Area {
         [Area { y1: middle, ..self }, Area { y0: middle, ..self }]
     }
 
+    /// Returns the western, northern, eastern and southern edge.
+    pub fn edges(&self) -> [f64; 4] {
+        [self.x0, self.y0, self.x1, self.y1].map(|edge| edge as f64)
+    }
+
     /// Tells whether a bounding box, given by its western, northern, eastern and southern edge, overlaps the unit
     /// squares whose north-western corners are the area's vertices. In an area of pixels, these squares are the pixels.
     pub fn meets(&self, [west, north, east, south]: [f64; 4]) -> bool {
-        east > self.x0 as f64 && west < self.x1 as f64 && south > self.y0 as f64 && north < self.y1 as f64
+        let [x0, y0, x1, y1] = self.edges();
+        east > x0 && west < x1 && south > y0 && north < y1
     }
 
     /// Returns the number of a vertex in the order of [`Area::vertices`].

@@ -135,31 +135,31 @@ pub fn lines(places: &[[f64; 2]], step: usize) -> Vec<LineSegment> {
     ends.clone().zip(ends.skip(1)).map(|(from, to)| LineSegment::between(*from, *to)).collect()
 }
 
-/// Simplifies a polyline: keeps its ends, and enough of its other points for none of the rest to lie further than
-/// `miss` from the result.
+/// Simplifies a polyline of `count` points, at least one: returns the indices of its ends, and of each point at which
+/// `split` divides the stretch from one kept point to the next.
 ///
 /// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
-pub fn simplified(points: &[[f64; 2]], miss: f64) -> Vec<[f64; 2]> {
-    let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
-    let mut kept = vec![points[0]];
-    let mut first = 0;
+pub fn simplified(count: usize, split: impl Fn(usize, usize) -> Option<usize>) -> Vec<usize> {
     // A stack of ends of the stretches still to be simplified, the next one on top.
-    let mut ends = vec![last];
+    let (mut kept, mut ends) = (vec![0], vec![count - 1]);
     while let Some(&end) = ends.last() {
-        let chord = LineSegment::between(points[first], points[end]);
-        let off = |at: &usize| chord.nearest(points[*at]).1;
-        let furthest = (first + 1..end).max_by(|a, b| off(a).total_cmp(&off(b)));
-        if let Some(at) = furthest.filter(|at| off(at) > miss * miss) {
+        let first = kept[kept.len() - 1];
+        if let Some(at) = split(first, end) {
             ends.push(at);
             continue;
         }
         if end > first {
-            kept.push(points[end]);
+            kept.push(end);
         }
-        first = end;
         ends.pop();
     }
     kept
+}
+
+/// Returns the last of the numbers between two for which `off` is greatest, and that value; `None` if there are none
+/// between.
+pub fn furthest(first: usize, end: usize, off: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+    (first + 1..end).map(|at| (at, off(at))).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 #[cfg(test)]
@@ -168,18 +168,24 @@ mod tests {
 
     #[test]
     fn a_simplified_line_passes_near_what_it_leaves_out() {
+        let simple = |points: &[[f64; 2]], miss: f64| -> Vec<[f64; 2]> {
+            let split = |first: usize, end: usize| {
+                let chord = LineSegment::between(points[first], points[end]);
+                furthest(first, end, |at| chord.distance(points[at])).filter(|(_, off)| *off > miss).map(|(at, _)| at)
+            };
+            simplified(points.len(), split).into_iter().map(|at| points[at]).collect()
+        };
         let line: Vec<[f64; 2]> = (0..200).map(|x| [f64::from(x), 9.0 * (f64::from(x) / 15.0).sin()]).collect();
-        let kept = simplified(&line, 0.25);
+        let kept = simple(&line, 0.25);
         assert!(kept.len() < 60 && kept[0] == line[0] && kept[kept.len() - 1] == line[199], "{}", kept.len());
         for point in &line {
             let off = kept.windows(2).map(|pair| LineSegment::between(pair[0], pair[1]).distance(*point));
             assert!(off.fold(f64::INFINITY, f64::min) <= 0.25);
         }
-        // A ring, a single point, and no points.
+        // A ring and a single point.
         let ring = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]];
-        assert_eq!(simplified(&ring, 0.1), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]]);
-        assert_eq!(simplified(&ring[..1], 0.1), [[0.0, 0.0]]);
-        assert!(simplified(&[], 0.1).is_empty());
+        assert_eq!(simple(&ring, 0.1), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]]);
+        assert_eq!(simple(&ring[..1], 0.1), [[0.0, 0.0]]);
     }
 
     #[test]

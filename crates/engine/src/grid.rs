@@ -18,6 +18,11 @@ impl<T: Copy> Grid<T> {
         Grid { area, values: vec![value; area.len()] }
     }
 
+    /// Returns a grid with the value that `of` gives for each vertex, row by row.
+    pub fn of(area: Area, mut of: impl FnMut(i64, i64) -> T) -> Grid<T> {
+        Grid { area, values: area.vertices().map(|(x, y)| of(x, y)).collect() }
+    }
+
     /// The area that the grid covers.
     pub fn area(&self) -> Area {
         self.area

@@ -29,6 +29,11 @@ pub const fn combine(key: u64, number: u64) -> u64 {
     with_number(scatter(key), number)
 }
 
+/// Returns the hash of some numbers in their order; 0 of none.
+pub fn of(numbers: impl IntoIterator<Item = u64>) -> u64 {
+    numbers.into_iter().fold(0, |key, number| mix(key ^ number))
+}
+
 /// [`combine`] of a key that is already [scattered](scatter): saves time when many keys are made of one.
 #[inline]
 pub const fn with_number(scattered: u64, number: u64) -> u64 {
@@ -247,6 +252,34 @@ register! {
     Barrier = 6 << 32, 3;
 }
 
+register! {
+    /// Labels of maps, among which chance decides where they are equal; the same in all worlds.
+    LabelDraw:
+    /// Names of settlements.
+    Site = 1, 1;
+    /// Names of lakes.
+    Lake = 2, 1;
+    /// Names of rivers.
+    River = 3, 1;
+    /// Names and heights of peaks.
+    Peak = 4, 1;
+    /// Names of valleys.
+    Valley = 5, 1;
+    /// Names of mountain ranges.
+    Range = 6, 1;
+}
+
+register! {
+    /// Signs on the ground of maps, whose places chance decides; the same in all worlds.
+    SignDraw:
+    /// Strokes on rock.
+    Rock = 1, 1;
+    /// Hachures on slopes.
+    Hachure = 2, 1;
+    /// Stones of scree.
+    Scree = 3, 1;
+}
+
 /// Number of knots for which each level of the network has seeds.
 const KNOTS: u64 = 1 << 8;
 
@@ -305,6 +338,8 @@ mod tests {
         };
         check(Stream::ALL.iter().map(|stream| (format!("{stream:?}"), *stream as u64, stream.count())).collect());
         check(Draw::ALL.iter().map(|draw| (format!("{draw:?}"), *draw as u64, draw.count())).collect());
+        check(LabelDraw::ALL.iter().map(|draw| (format!("{draw:?}"), *draw as u64, draw.count())).collect());
+        check(SignDraw::ALL.iter().map(|draw| (format!("{draw:?}"), *draw as u64, draw.count())).collect());
     }
 
     #[test]

@@ -163,7 +163,7 @@ impl Names {
 
 /// Turns the numbers of an id into one that distinguishes the features of a cell.
 fn number(id: &[i64]) -> u64 {
-    id.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
+    hash::of(id.iter().map(|part| *part as u64))
 }
 
 /// Returns the name of a river. `cell` is the site cell of a place that belongs to this river alone, such as its mouth,

@@ -143,10 +143,7 @@ impl Agents {
 
     /// Lists the tiles that contain a vertex of `area`, and `more` tiles around them, in order.
     fn tiles(&self, area: &Area, more: i64) -> impl Iterator<Item = TileId> + use<> {
-        // Euclidean division, so that tiles west and north of the origin have the same size as all others.
-        let span = |from: i64, to: i64| from.div_euclid(self.cells) - more..=(to - 1).div_euclid(self.cells) + more;
-        let columns = span(area.x0, area.x1);
-        span(area.y0, area.y1).flat_map(move |y| columns.clone().map(move |x| TileId { x, y }))
+        area.padded((more * self.cells) as usize).square_numbers(self.cells).map(|[x, y]| TileId { x, y })
     }
 
     /// Returns the final lines of a tile, with rivers settled against each other.

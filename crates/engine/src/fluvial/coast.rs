@@ -14,7 +14,7 @@ use crate::grid::Grid;
 /// blocks far inland and far out at sea can be skipped, and large enough that a point of the lattice serves several
 /// nodes. At strides at which brooks do not show, no block is skipped, and all nodes are one block, so that each point
 /// is read once.
-const BLOCK: i64 = 32;
+const BLOCK: usize = 32;
 
 /// Returns the cell of a lattice, along one axis, in which a vertex lies once displaced by `by` vertices, and its
 /// position in the cell, 0 to 1. The lattice's cells are `coarse` vertices wide.
@@ -80,7 +80,7 @@ pub fn heights(
     let shore_m = fields.shore_m();
     let mut coast_m = vec![f32::INFINITY; area.len()];
     let mut any = false;
-    let blocks = if hillsides.rest.is_some() { vec![area] } else { area.parts(BLOCK).collect() };
+    let blocks = if hillsides.rest.is_some() { vec![area] } else { area.squares(BLOCK).collect() };
     for block in blocks {
         let indices = || block.vertices().map(|(x, y)| (area.index(x, y), [x, y]));
         let cells = |index: usize, at: [i64; 2]| {

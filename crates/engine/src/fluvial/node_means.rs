@@ -39,7 +39,7 @@ impl Means {
     /// Each node is the mean of the square around it, in which the finer nodes on the edge count half.
     pub fn of(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Land) -> Land {
         let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water: Water::none(area) };
-        for part in area.parts((MOST_NODES / finer).max(1)) {
+        for part in area.squares((MOST_NODES / finer).max(1) as usize) {
             means.fill(part, &make(around(part, finer)));
         }
         Land { heights: means.heights, water: Some(means.water) }

@@ -13,7 +13,7 @@ use super::warp::Displaced;
 use crate::stop;
 
 /// Vertices a side of a block. Stamps are looked up once for each block.
-const BLOCK: i64 = 16;
+const BLOCK: usize = 16;
 
 /// A landform stamped on the land.
 pub trait Stamp {
@@ -30,7 +30,7 @@ pub fn known_m(fields: &Fields, level: u32) -> f64 {
 pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut take: impl FnMut(usize, Point, &[&T])) {
     let (area, metres) = (nodes.area, fields.metres_a_grain());
     let node_m = (nodes.step * GRAINS) as f64 * metres;
-    for block in area.parts(BLOCK).filter(|_| !stamps.is_empty()) {
+    for block in area.squares(BLOCK).filter(|_| !stamps.is_empty()) {
         stop::check();
         let [least, greatest] = nodes.extremes(block);
         let across_m = [block.width(), block.height()].map(|nodes| (nodes - 1) as f64 * node_m);

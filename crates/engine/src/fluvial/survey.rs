@@ -239,7 +239,7 @@ impl Fluvial {
         let nodes = Area::new(x0, y0, cols, rows);
         let mut values = vec![value; nodes.len()];
         let side = sampling.block();
-        for part in nodes.parts(side) {
+        for part in nodes.squares(side as usize) {
             let own = part.on_grid(side);
             let block = self.survey.blocks.get((sampling, [own.x0, own.y0]), || self.block(sampling, own));
             for y in part.y0..part.y1 {

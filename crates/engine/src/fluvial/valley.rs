@@ -173,7 +173,7 @@ impl Kernel for FillValleys<'_> {
         }
         work.all.pad();
         let mut this = self;
-        for block in this.part.parts((BLOCK * PATCH) as i64) {
+        for block in this.part.squares(BLOCK * PATCH) {
             stop::check();
             this.block(simd, block, &mut work);
         }
@@ -229,13 +229,13 @@ impl FillValleys<'_> {
         let order = PatchLanes::new(simd);
         patches.clear();
         let mut whole = Extent::NONE;
-        for vertices in part.parts(PATCH as i64) {
+        for vertices in part.squares(PATCH) {
             let extent = self.extent(simd, corner, vertices, order);
             whole = whole.and(&extent);
             patches.push((vertices, extent));
         }
         self.pick(simd, all, &whole.spread(), limits, block);
-        for part in part.parts((QUARTER * PATCH) as i64) {
+        for part in part.squares(QUARTER * PATCH) {
             let own = || patches.iter().filter(|(vertices, _)| part.contains(vertices));
             let whole = own().fold(Extent::NONE, |whole, (_, extent)| whole.and(extent));
             self.pick(simd, block, &whole.spread(), limits, quarter);

@@ -272,10 +272,7 @@ mod tests {
             let mut built = Built::blank(area);
             built.add(&line);
             let land_m = |y: i64| if (12..=13).contains(&y) { gorge_m } else { 45.0 };
-            let mut heights = Grid::filled(area, 45.0);
-            for (x, y) in area.vertices() {
-                heights.row_mut(y, x, x + 1)[0] = land_m(y);
-            }
+            let mut heights = Grid::of(area, |_, y| land_m(y));
             built.shape(&mut heights);
             assert_eq!((heights.at(15, 10), heights.at(15, 9)), (50.0, heights.at(15, 11)));
             assert!(heights.at(15, 11) > 45.0);

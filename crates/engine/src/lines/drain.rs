@@ -122,17 +122,10 @@ mod tests {
     /// A valley that runs down to the east, and across it the dam or trench of a road. Returns the bare and the shaped
     /// heights.
     fn hollow_land(area: Area, dam_m: f32) -> (Grid<f32>, Grid<f32>) {
-        let (mut bare, mut shaped) = (Grid::filled(area, 0.0), Grid::filled(area, 0.0));
-        for y in area.y0..area.y1 {
-            for x in area.x0..area.x1 {
-                let height_m = (y - 3).abs() as f32 * 2.0 - x as f32;
-                bare.row_mut(y, x, x + 1)[0] = height_m;
-                // A band two vertices wide, which sags to the valley's middle like the land.
-                let is_road = (10..=11).contains(&x);
-                shaped.row_mut(y, x, x + 1)[0] = height_m + if is_road { dam_m } else { 0.0 };
-            }
-        }
-        (bare, shaped)
+        let height_m = |x: i64, y: i64| (y - 3).abs() as f32 * 2.0 - x as f32;
+        // A band two vertices wide, which sags to the valley's middle like the land.
+        let road_m = |x: i64| if (10..=11).contains(&x) { dam_m } else { 0.0 };
+        (Grid::of(area, height_m), Grid::of(area, |x, y| height_m(x, y) + road_m(x)))
     }
 
     fn pits(heights: &Grid<f32>) -> usize {

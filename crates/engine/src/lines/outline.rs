@@ -1,6 +1,6 @@
 //! The outline of a line: the points that suffice to draw it.
 
-use crate::geometry::length;
+use crate::geometry::{length, simplified};
 use crate::lines::{Line, LinePoint};
 
 /// Largest distance in metres between the outline and a point that it leaves out: about the width of a line on a map at
@@ -18,37 +18,23 @@ impl Line {
     /// Based on: D. H. Douglas, T. K. Peucker, "Algorithms for the reduction of the number of points", 1973.
     pub fn outline(&self) -> Vec<LinePoint> {
         let points = &self.points;
-        let last = points.len() - 1;
-        let mut kept = vec![false; points.len()];
-        (kept[0], kept[last]) = (true, true);
-        for structure in &self.structures {
-            for (before, after) in
-                [(structure.first.saturating_sub(1), structure.first), (structure.last, structure.last + 1)]
-            {
-                (kept[before], kept[after.min(last)]) = (true, true);
-            }
-        }
         let most_grade = self.max_grade() * STEEPER;
-        let fixed: Vec<usize> = (0..=last).filter(|index| kept[*index]).collect();
-        let mut open: Vec<(usize, usize)> = fixed.windows(2).map(|pair| (pair[0], pair[1])).collect();
-        while let Some((first, last)) = open.pop() {
-            if last - first < 2 {
-                continue;
+        // The ends of structures, and the points beside them.
+        let is_kept = |index: &usize| {
+            let is_at = |end: usize, index: usize| (end..end + 2).contains(&index);
+            self.structures.iter().any(|structure| is_at(structure.first, index + 1) || is_at(structure.last, *index))
+        };
+        let split = |first: usize, last: usize| {
+            if let Some(index) = (first + 1..last).find(is_kept) {
+                return Some(index);
             }
             let chord = Chord::new(&points[first], &points[last], self.spacing_m);
-            let (mut most, mut furthest) = (0.0, first + 1);
-            for (index, point) in points.iter().enumerate().take(last).skip(first + 1) {
-                let miss_m = chord.miss_m(point);
-                if miss_m > most {
-                    (most, furthest) = (miss_m, index);
-                }
-            }
-            if most > MISS_M || chord.rise_m.abs() > most_grade * chord.length_m {
-                kept[furthest] = true;
-                open.extend([(first, furthest), (furthest, last)]);
-            }
-        }
-        points.iter().zip(kept).filter_map(|(point, kept)| kept.then_some(*point)).collect()
+            let misses = (first + 1..last).map(|index| (index, chord.miss_m(&points[index])));
+            // The first of those that are furthest.
+            let (furthest, most_m) = misses.reduce(|most, next| if next.1 > most.1 { next } else { most })?;
+            (most_m > MISS_M || chord.rise_m.abs() > most_grade * chord.length_m).then_some(furthest)
+        };
+        simplified(points.len(), split).into_iter().map(|at| points[at]).collect()
     }
 }
 

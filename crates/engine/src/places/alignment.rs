@@ -1,7 +1,9 @@
 //! The middle line of a road: a route with rounded corners, as points evenly spaced along the line.
 
+use glam::DVec2;
+
 use crate::fluvial::survey::{Sampling, Survey};
-use crate::geometry::{bilinear, length};
+use crate::geometry::bilinear;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::places::fixed::{FixedSegment, fixed};
@@ -45,7 +47,7 @@ impl Alignment {
         for index in 1..corners.len() - 1 {
             let (before, here, after) = (corners[index - 1], corners[index], corners[index + 1]);
             let ((to, to_length), (away, away_length)) = (direction(before, here), direction(here, after));
-            let cos = to[0] * away[0] + to[1] * away[1];
+            let cos = to.dot(away);
             // Sine and cosine of half the angle by which the line turns.
             let [half_sin, half_cos] = [1.0 - cos, 1.0 + cos].map(|twice| (twice / 2.0).max(0.0).sqrt());
             let least = bend_m(cos, radius_m) / scale.spacing_m;
@@ -58,19 +60,15 @@ impl Alignment {
             let wished = (to_length.min(away_length) / 2.0).min(MISS * scale.step as f64 / missed.max(1e-9)) * soft;
             // `least` fits in half a leg too: the search allows no turn that needs more.
             let reach = least.max(wished);
-            let start = [here[0] - to[0] * reach, here[1] - to[1] * reach];
-            let end = [here[0] + away[0] * reach, here[1] + away[1] * reach];
+            let (start, end) = (here - to * reach, here + away * reach);
             for piece in 0..=BEND_PIECES {
                 let along = piece as f64 / BEND_PIECES as f64;
                 let rest = 1.0 - along;
                 // A circular arc as a rational Bezier curve: the weight of its corner is the cosine of half the angle.
-                let weights = [rest * rest, 2.0 * half_cos * rest * along, along * along];
-                let at = |axis: usize| {
-                    (start[axis] * weights[0] + here[axis] * weights[1] + end[axis] * weights[2])
-                        / (weights[0] + weights[1] + weights[2])
-                };
+                let [a, b, c] = [rest * rest, 2.0 * half_cos * rest * along, along * along];
+                let at = (start * a + here * b + end * c) / (a + b + c);
                 let leg = if piece * 2 < BEND_PIECES { legs[index - 1] } else { legs[index] };
-                path.push(([at(0), at(1)], leg));
+                path.push((at, leg));
             }
         }
         path.push((corners[corners.len() - 1], legs[legs.len() - 1]));
@@ -79,7 +77,7 @@ impl Alignment {
 
     /// Lays points evenly along a path. Each vertex of the path carries the flag of whether the piece after it is
     /// bridged.
-    fn laid(path: &[([f64; 2], bool)], scale: &PlanScale) -> Alignment {
+    fn laid(path: &[(DVec2, bool)], scale: &PlanScale) -> Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
         // At least one point lies between the two ends, which are the sites' own points.
@@ -95,7 +93,7 @@ impl Alignment {
             }
             let share = if lengths[piece] > 0.0 { ((at - before) / lengths[piece]).clamp(0.0, 1.0) } else { 0.0 };
             let (from, to) = (path[piece].0, path[piece + 1].0);
-            line.points.push(fixed([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share)));
+            line.points.push(fixed(from + (to - from) * share));
             line.bridged.push(path[piece].1);
         }
         // The ends lie on the sites exactly, whatever rounding the sums above have.
@@ -196,8 +194,8 @@ impl Alignment {
 }
 
 /// Returns the ends and turning points of a route in vertices, and for each leg between them whether it is bridged.
-fn corners(route: &Route, scale: &PlanScale) -> (Vec<[f64; 2]>, Vec<bool>) {
-    let place = |node: PlanNode| scale.vertex(node).map(|at| at as f64);
+fn corners(route: &Route, scale: &PlanScale) -> (Vec<DVec2>, Vec<bool>) {
+    let place = |node: PlanNode| DVec2::from(scale.vertex(node).map(|at| at as f64));
     let (mut corners, mut legs) = (vec![place(route.nodes[0])], vec![route.bridges[0]]);
     for index in 1..route.nodes.len() - 1 {
         let [before, here, after] = [route.nodes[index - 1], route.nodes[index], route.nodes[index + 1]];
@@ -215,9 +213,7 @@ fn corners(route: &Route, scale: &PlanScale) -> (Vec<[f64; 2]>, Vec<bool>) {
 }
 
 /// Returns the unit vector from one place to another, and their distance.
-fn direction(from: [f64; 2], to: [f64; 2]) -> ([f64; 2], f64) {
-    let way = [to[0] - from[0], to[1] - from[1]];
-    let length = length(way);
-    let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
-    (way.map(|part| part * scale), length)
+fn direction(from: DVec2, to: DVec2) -> (DVec2, f64) {
+    let length = from.distance(to);
+    ((to - from) * if length > 0.0 { 1.0 / length } else { 0.0 }, length)
 }

@@ -1,6 +1,8 @@
 //! Segments between places in 1/256 vertex: whole numbers, so that tests for crossings are exact.
 
-use crate::geometry::{LineSegment, length};
+use glam::DVec2;
+
+use crate::geometry::LineSegment;
 use crate::lines::FIXED;
 
 /// The segment between two places in 1/256 vertex, both relative to the same vertex.
@@ -22,13 +24,13 @@ impl FixedSegment {
     }
 
     /// Returns the vector from the start to the end.
-    pub fn along(&self) -> [f64; 2] {
+    pub fn along(&self) -> DVec2 {
         self.way_to(self.to)
     }
 
     /// Returns the square of the distance from a place, in (1/256 vertex)^2.
     pub fn distance2(&self, at: [i64; 2]) -> f64 {
-        LineSegment { from: [0.0; 2], along: self.along() }.nearest(self.way_to(at)).1
+        LineSegment { from: [0.0; 2], along: self.along().into() }.nearest(self.way_to(at).into()).1
     }
 
     /// Returns the share of the segment's length, 0 to 1, at which it is nearest to a place.
@@ -39,18 +41,18 @@ impl FixedSegment {
 
     /// Returns the length in metres. `spacing_m` is the distance between vertices.
     pub fn length_m(&self, spacing_m: f64) -> f64 {
-        length(self.along()) * (spacing_m / FIXED as f64)
+        self.along().length() * (spacing_m / FIXED as f64)
     }
 
-    fn way_to(&self, place: [i64; 2]) -> [f64; 2] {
+    fn way_to(&self, place: [i64; 2]) -> DVec2 {
         // Whole numbers are subtracted before the conversion: far from the origin a place itself does not fit into an
         // `f64`.
-        [0, 1].map(|axis| (place[axis] - self.from[axis]) as f64)
+        [0, 1].map(|axis| (place[axis] - self.from[axis]) as f64).into()
     }
 }
 
 /// Rounds a place in vertices to the nearest place in 1/256 vertex.
-pub(super) fn fixed(place: [f64; 2]) -> [i64; 2] {
+pub(super) fn fixed(place: DVec2) -> [i64; 2] {
     // Halves are rounded up on both sides of 0; `round` would round them away from 0.
-    place.map(|at| (at * FIXED as f64 + 0.5).floor() as i64)
+    (place * FIXED as f64 + 0.5).floor().to_array().map(|at| at as i64)
 }

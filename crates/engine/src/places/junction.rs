@@ -10,7 +10,7 @@ use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::geometry::{LineSegment, length, lerp};
+use crate::geometry::{LineSegment, come_along, lerp};
 use crate::lines::{self, Bed, FIXED, Line, LineEnd, LineId, LinePoint, RoadClass, Structure, StructureKind};
 use crate::places::buckets::Buckets;
 use crate::places::fixed::fixed;
@@ -209,8 +209,7 @@ impl<'a> RoadNetwork<'a> {
     /// True if a stretch leaves a road only to come back to the same road soon, without going far from it.
     fn is_detour(&self, places: &[[f64; 2]], ends: [Option<Foot>; 2]) -> bool {
         let [Some(before), Some(after)] = ends else { return false };
-        let piece_m = |pair: &[[f64; 2]]| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
-        let length_m: f64 = places.windows(2).map(piece_m).sum();
+        let length_m = come_along(places)[places.len() - 1];
         let is_near =
             |at: &[f64; 2]| self.foot(*at, |_, foot| foot.distance_m <= ASIDE * self.scale.step_m()).is_some();
         before.course == after.course && length_m <= ASIDE_LENGTH * self.scale.step_m() && places.iter().all(is_near)
@@ -262,7 +261,7 @@ impl<'a> RoadNetwork<'a> {
         mut next: Range<usize>,
     ) -> Option<(LinePoint, Option<StructureKind>)> {
         let corner = [self.area.x0 - road.origin[0], self.area.y0 - road.origin[1]];
-        let from_corner = fixed(foot.at.map(|at_m| at_m / self.scale.spacing_m));
+        let from_corner = fixed(foot.at.map(|at_m| at_m / self.scale.spacing_m).into());
         let place = [0, 1].map(|axis| corner[axis] as f64 + from_corner[axis] as f64 / FIXED as f64);
         let point = LinePoint { place, level_m: foot.level_m, floor_m: foot.level_m, ..road.points[beside] };
         // A structure of the road at this point or just ahead, or of the other road there, goes on as far as the joint.

@@ -245,7 +245,7 @@ impl MoveConditions<'_> {
             if piece.middle.crosses(&way) {
                 let (u, v) = (way.along(), piece.middle.along());
                 // Segments that cross are not parallel, so the divisor is not 0.
-                let cot = (u[0] * v[0] + u[1] * v[1]) / (u[0] * v[1] - u[1] * v[0]);
+                let cot = u.dot(v) / u.perp_dot(v);
                 if cot * cot > FLATTEST || piece.width_m > self.standard.bridge_m {
                     return None;
                 }

@@ -119,7 +119,7 @@ pub(super) struct PlanLand {
     pub scale: PlanScale,
     /// The sampling of the survey: distance of nodes, and whether dry brooks are included.
     sampling: Sampling,
-    blocks: Memory<(i64, i64), PlanBlock>,
+    blocks: Memory<[i64; 2], PlanBlock>,
 }
 
 #[derive(Debug)]
@@ -171,21 +171,18 @@ impl PlanLand {
         };
         let area = Area::new(at[0], at[1], cols, rows);
         let mut squares = BTreeSet::new();
-        let blocks = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
-        for by in blocks(area.y0, area.y1) {
-            for bx in blocks(area.x0, area.x1) {
-                let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
-                if !is_looked_at(own) {
-                    continue;
-                }
-                let block = self.block(land, (bx, by));
-                let part = area.common(&own).expect("the block lies under the window");
-                copy(&block.heights_m, own, &mut window.heights_m, area, part);
-                copy(&block.waters, own, &mut window.waters, area, part);
-                let [x0, y0] = self.scale.vertex([own.x0, own.y0]);
-                let side = own.width() * self.scale.step as usize + 1;
-                squares.extend(rivers.squares(Area::new(x0, y0, side, side)));
+        for [bx, by] in area.square_numbers(BLOCK) {
+            let own = Area::new(bx * BLOCK, by * BLOCK, BLOCK as usize, BLOCK as usize);
+            if !is_looked_at(own) {
+                continue;
             }
+            let block = self.block(land, [bx, by]);
+            let part = area.common(&own).expect("the block lies under the window");
+            copy(&block.heights_m, own, &mut window.heights_m, area, part);
+            copy(&block.waters, own, &mut window.waters, area, part);
+            let [x0, y0] = self.scale.vertex([own.x0, own.y0]);
+            let side = own.width() * self.scale.step as usize + 1;
+            squares.extend(Area::new(x0, y0, side, side).square_numbers(rivers.side));
         }
         for square in squares {
             window.rivers.extend(rivers.of(land, square).iter());
@@ -196,10 +193,10 @@ impl PlanLand {
         window
     }
 
-    fn block(&self, land: &dyn Survey, (bx, by): (i64, i64)) -> Arc<PlanBlock> {
-        self.blocks.get((bx, by), || {
+    fn block(&self, land: &dyn Survey, at: [i64; 2]) -> Arc<PlanBlock> {
+        self.blocks.get(at, || {
             let side = BLOCK as usize;
-            let [x0, y0] = self.scale.vertex([bx * BLOCK, by * BLOCK]);
+            let [x0, y0] = self.scale.vertex(at.map(|at| at * BLOCK));
             PlanBlock {
                 heights_m: land.heights_m(x0, y0, self.sampling, side, side),
                 waters: land.waters(x0, y0, self.sampling, side, side),
@@ -213,7 +210,7 @@ impl PlanLand {
 pub(super) struct PlanRivers {
     /// Side of a square in vertices.
     side: i64,
-    squares: Memory<(i64, i64), Vec<RiverPiece>>,
+    squares: Memory<[i64; 2], Vec<RiverPiece>>,
 }
 
 impl PlanRivers {
@@ -223,17 +220,10 @@ impl PlanRivers {
         PlanRivers { side: 2 * scale.step * BLOCK, squares: Memory::new(REMEMBERED) }
     }
 
-    /// Returns the squares that an area overlaps.
-    fn squares(&self, area: Area) -> impl Iterator<Item = (i64, i64)> + use<> {
-        let side = self.side;
-        let span = move |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
-        span(area.y0, area.y1).flat_map(move |y| span(area.x0, area.x1).map(move |x| (x, y)))
-    }
-
     /// Returns the river pieces that touch a square.
-    fn of(&self, land: &dyn Survey, (x, y): (i64, i64)) -> Arc<Vec<RiverPiece>> {
+    fn of(&self, land: &dyn Survey, [x, y]: [i64; 2]) -> Arc<Vec<RiverPiece>> {
         let side = self.side as usize;
-        self.squares.get((x, y), || land.rivers(&Area::new(x * self.side, y * self.side, side, side)))
+        self.squares.get([x, y], || land.rivers(&Area::new(x * self.side, y * self.side, side, side)))
     }
 }
 

@@ -5,7 +5,8 @@
 //! seldom have them ("Mountain Roads' Geometric Design: Methodological Proposal for Hairpin Bend Design/Retrofitting",
 //! Infrastructures 7(9), 112, 2022).
 
-use crate::geometry::length;
+use glam::DVec2;
+
 use crate::places::move_cost::{FORBIDDEN, UNIT};
 use crate::places::moves::{self, MOVES};
 use crate::places::settings::Standard;
@@ -24,11 +25,11 @@ pub(super) type Turns = Vec<[u32; MOVES]>;
 
 /// Returns the costs of all turns, in units, with `step_m` metres between nodes.
 pub(super) fn turns(standard: &Standard, step_m: f64) -> Turns {
-    let vector = |number: usize| moves::vector(number).map(|part| part as f64 * step_m);
+    let vector = |number: usize| DVec2::from(moves::vector(number).map(|part| part as f64)) * step_m;
     let cost = |came: usize, goes: usize| {
         let (a, b) = (vector(came), vector(goes));
-        let (length_a, length_b) = (length(a), length(b));
-        let cos = (a[0] * b[0] + a[1] * b[1]) / (length_a * length_b);
+        let (length_a, length_b) = (a.length(), b.length());
+        let cos = a.dot(b) / (length_a * length_b);
         // A bend may take half of the shorter leg. That also forbids turning straight back.
         let legs_m = length_a.min(length_b);
         if came == goes {
@@ -44,19 +45,19 @@ pub(super) fn turns(standard: &Standard, step_m: f64) -> Turns {
 
 /// Returns the cost of the earthworks of a turn on land of such a gradient, metres up a metre east and south: 0 for
 /// turns of a right angle or less, `None` for a hairpin that would need too much earthwork.
-pub(super) fn hairpin(standard: &Standard, [east, south]: [f64; 2], came: usize, goes: usize) -> Option<u32> {
+pub(super) fn hairpin(standard: &Standard, gradient: [f64; 2], came: usize, goes: usize) -> Option<u32> {
     let (a, b) = (moves::vector(came), moves::vector(goes));
     if a[0] * b[0] + a[1] * b[1] >= 0 {
         return Some(0);
     }
     let [a, b] = [a, b].map(|by| {
-        let by = by.map(|part| part as f64);
-        by.map(|part| part / length(by))
+        let by = DVec2::from(by.map(|part| part as f64));
+        by / by.length()
     });
-    let cos = a[0] * b[0] + a[1] * b[1];
+    let cos = a.dot(b);
     let bend_m = bend_m(cos, standard.radius_m);
     // The rise of the land from the curve's start to its end, and the climb along the curve at the maximum grade.
-    let rise_m = (bend_m * (east * (a[0] + b[0]) + south * (a[1] + b[1]))).abs();
+    let rise_m = (bend_m * (a + b).dot(gradient.into())).abs();
     let climb_m = standard.max_grade * standard.radius_m * libm::acos(cos);
     let off_m = (rise_m - climb_m).max(0.0);
     (off_m <= HAIRPIN_M).then_some((EARTHWORK * off_m * UNIT) as u32)

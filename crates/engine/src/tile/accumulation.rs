@@ -130,24 +130,16 @@ impl Kernel for PassWater<'_> {
 mod tests {
     use super::*;
 
-    fn land(area: Area, height_m: impl Fn(i64, i64) -> f32) -> Grid<f32> {
-        let mut heights = Grid::filled(area, 0.0);
-        for (x, y) in area.vertices() {
-            heights.row_mut(y, x, x + 1)[0] = height_m(x, y);
-        }
-        heights
-    }
-
     #[test]
     fn a_plane_drains_straight_and_a_valley_gathers() {
         let area = Area::new(-9, 4, 18, 33);
         // The plane falls to the south: a vertex drains the vertices north of it; the diagonal shares of both sides
         // balance.
-        let plane = accumulation(&land(input(area), |_, y| -2.0 * y as f32), area);
+        let plane = accumulation(&Grid::of(input(area), |_, y| -2.0 * y as f32), area);
         let expected = STEPS as f32 + 1.0;
         assert!(plane.values().iter().all(|drained| (drained - expected).abs() < 0.01), "{:?}", &plane.values()[..4]);
         // A valley gathers much more than its sides.
-        let valley = accumulation(&land(input(area), |x, y| x.abs() as f32 - 0.5 * y as f32), area);
+        let valley = accumulation(&Grid::of(input(area), |x, y| x.abs() as f32 - 0.5 * y as f32), area);
         assert!(valley.at(0, 20) > 20.0 * valley.at(8, 20), "{} and {}", valley.at(0, 20), valley.at(8, 20));
     }
 
@@ -156,7 +148,7 @@ mod tests {
         // A basin within the area: all land within reach drains to its floor.
         let area = Area::new(-40, -40, 81, 81);
         let bowl = |x: i64, y: i64| (x * x + y * y).min(1600) as f32;
-        let drained = accumulation(&land(input(area), bowl), area);
+        let drained = accumulation(&Grid::of(input(area), bowl), area);
         let within = input(area).vertices().filter(|(x, y)| x * x + y * y <= 1600).count() as f32;
         // Beyond the rim the land is level: it drains only where it touches the rim.
         assert!(
@@ -175,7 +167,7 @@ mod tests {
     #[test]
     fn nothing_outside_the_input_matters() {
         let area = Area::new(-3, 8, 17, 20);
-        let mut heights = land(input(area).padded(3), |x, y| ((x * 7919 + y * 104_729) % 1013) as f32);
+        let mut heights = Grid::of(input(area).padded(3), |x, y| ((x * 7919 + y * 104_729) % 1013) as f32);
         let expected = accumulation(&heights, area);
         heights.fill_outside(input(area), f32::NAN);
         assert_eq!(accumulation(&heights, area), expected);

@@ -317,10 +317,7 @@ mod tests {
     fn snow_lies_lower_where_the_sun_does_not_reach() {
         // A ridge from west to east with sides of 45 degrees, 1 m between vertices.
         let area = Area::new(0, -400, 16, 801);
-        let mut heights = Grid::filled(area.padded(1), 0.0);
-        for y in area.y0 - 1..=area.y1 {
-            heights.row_mut(y, area.x0 - 1, area.x1 + 1).fill(1000.0 - y.abs() as f32);
-        }
+        let heights = Grid::of(area.padded(1), |_, y| 1000.0 - y.abs() as f32);
         let normals = Normals::new(&heights, area, 1.0);
         let lowest_snow_m = |aspect_m: f64| {
             let ground = GroundSettings {
@@ -358,21 +355,14 @@ mod tests {
     fn weights(area: Area, height_m: impl Fn(i64, i64) -> f32, flow_m3s: impl Fn(i64, i64) -> f32) -> Blend {
         let ground = everything();
         let wide = input(&ground, area);
-        let mut heights = Grid::filled(wide, 0.0);
-        let mut water = Water {
-            kind: Grid::filled(wide, WaterKind::Dry),
+        let heights = Grid::of(wide, height_m);
+        let water = Water {
+            kind: Grid::of(wide, |x, y| if flow_m3s(x, y) > 0.0 { WaterKind::River } else { WaterKind::Dry }),
             bed: Grid::filled(wide, false),
             depth_m: Grid::filled(wide, 0.0),
-            flow_m3s: Grid::filled(wide, 0.0),
+            flow_m3s: Grid::of(wide, flow_m3s),
             ice_m: None,
         };
-        for (x, y) in wide.vertices() {
-            heights.row_mut(y, x, x + 1)[0] = height_m(x, y);
-            water.flow_m3s.row_mut(y, x, x + 1)[0] = flow_m3s(x, y);
-            if flow_m3s(x, y) > 0.0 {
-                water.kind.row_mut(y, x, x + 1)[0] = WaterKind::River;
-            }
-        }
         let normals = Normals::new(&heights, area, 1.0);
         Blend::new(&GroundRule::new(&ground, None, 1.0, 1), &heights, Some(&water), &normals)
     }

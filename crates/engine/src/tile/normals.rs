@@ -121,12 +121,7 @@ mod tests {
     #[test]
     fn a_plane_has_its_normal_everywhere() {
         let area = Area::new(-5, 3, 20, 17);
-        let mut heights = Grid::filled(area.padded(1), 0.0);
-        for y in area.y0 - 1..=area.y1 {
-            for x in area.x0 - 1..=area.x1 {
-                heights.row_mut(y, x, x + 1)[0] = (3 * x - 4 * y) as f32;
-            }
-        }
+        let heights = Grid::of(area.padded(1), |x, y| (3 * x - 4 * y) as f32);
         // Two metres between vertices: the plane rises 1.5 m a metre to the east and 2 m a metre to the north.
         let normals = Normals::new(&heights, area, 2.0);
         let length = f32::sqrt(1.0 + 1.5 * 1.5 + 2.0 * 2.0);

@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Display, Formatter, Write};
 
+use glam::DVec2;
+
 /// A number that is written with at most two decimals: hundredths of pixels are finer than what any printer shows.
 pub(super) struct Hundredths(pub f64);
 
@@ -24,18 +26,18 @@ pub(super) struct PathData {
 }
 
 impl PathData {
-    pub fn move_to(&mut self, at: [f64; 2]) {
+    pub fn move_to(&mut self, at: DVec2) {
         self.pen = hundredths(at);
         self.command = None;
         let [x, y] = self.pen.map(|axis| Hundredths(axis as f64 / 100.0));
         write!(self.text, "M{x} {y}").expect("memory takes everything");
     }
 
-    pub fn line_to(&mut self, at: [f64; 2]) {
+    pub fn line_to(&mut self, at: DVec2) {
         self.curve('l', &[at]);
     }
 
-    pub fn quadratic_to(&mut self, control: [f64; 2], at: [f64; 2]) {
+    pub fn quadratic_to(&mut self, control: DVec2, at: DVec2) {
         self.curve('q', &[control, at]);
     }
 
@@ -49,7 +51,7 @@ impl PathData {
     }
 
     /// Moves the pen to the last of `points` with a command whose points are written relative to the pen.
-    fn curve(&mut self, command: char, points: &[[f64; 2]]) {
+    fn curve(&mut self, command: char, points: &[DVec2]) {
         let mut is_first = self.command != Some(command);
         if is_first {
             self.command = Some(command);
@@ -71,28 +73,30 @@ impl PathData {
     }
 }
 
-fn hundredths(at: [f64; 2]) -> [i64; 2] {
-    at.map(|axis| (axis * 100.0).round() as i64)
+fn hundredths(at: DVec2) -> [i64; 2] {
+    (at * 100.0).round().to_array().map(|axis| axis as i64)
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::dvec2;
+
     use super::*;
 
     #[test]
     fn points_are_told_from_one_to_the_next_and_none_drifts() {
         let mut data = PathData::default();
-        data.move_to([1.0, 2.5]);
-        data.line_to([3.0, 1.25]);
-        data.line_to([3.004, 1.0]);
-        data.quadratic_to([4.0, 1.0], [4.0, 2.0]);
+        data.move_to(dvec2(1.0, 2.5));
+        data.line_to(dvec2(3.0, 1.25));
+        data.line_to(dvec2(3.004, 1.0));
+        data.quadratic_to(dvec2(4.0, 1.0), dvec2(4.0, 2.0));
         data.close();
-        data.move_to([-0.001, 0.0]);
+        data.move_to(dvec2(-0.001, 0.0));
         assert_eq!(data.finish(), "M1 2.5l2-1.25 0-0.25q1 0 1 1ZM0 0");
         let mut data = PathData::default();
-        data.move_to([0.0, 0.0]);
+        data.move_to(DVec2::ZERO);
         // Each third is rounded by itself, so the errors do not add up.
-        (1..=300).for_each(|step| data.line_to([f64::from(step) / 3.0, 0.0]));
+        (1..=300).for_each(|step| data.line_to(dvec2(f64::from(step) / 3.0, 0.0)));
         assert_eq!(data.pen, [10_000, 0]);
     }
 }

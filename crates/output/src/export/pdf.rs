@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use glam::{DVec2, Vec2, dvec2, vec2};
 use pdf_writer::types::{
     ActionType, AnnotationType, CidFontType, FontFlags, LineCapStyle, LineJoinStyle, PageMode, Predictor, SystemInfo,
     TextRenderingMode, UnicodeCmap,
@@ -394,11 +395,11 @@ fn rounded(value: f64) -> f32 {
 
 impl PdfPage<'_> {
     /// Converts a place on the map to pixels from the north-western corner of the page.
-    fn at(&self, [x, y]: [f64; 2]) -> [f32; 2] {
-        [rounded(x - self.area.x0 as f64), rounded(y - self.area.y0 as f64)]
+    fn at(&self, at: DVec2) -> [f32; 2] {
+        [rounded(at.x - self.area.x0 as f64), rounded(at.y - self.area.y0 as f64)]
     }
 
-    fn path(&mut self, lines: &[Vec<[f64; 2]>]) -> bool {
+    fn path(&mut self, lines: &[Vec<DVec2>]) -> bool {
         let mut is_begun = false;
         for line in lines {
             let closes = line.len() > 2 && line[0] == line[line.len() - 1];
@@ -445,23 +446,22 @@ impl PdfPage<'_> {
     /// Adds the outlines of a text to the path; returns whether there are any.
     fn outlines(&mut self, text: &Placed) -> bool {
         let Some(path) = text.path([self.area.x0, self.area.y0]) else { return false };
-        let mut last = [0.0; 2];
+        let mut last = Vec2::ZERO;
         for segment in path.segments() {
             match segment {
                 PathSegment::MoveTo(to) => {
-                    last = [to.x, to.y];
+                    last = vec2(to.x, to.y);
                     self.content.move_to(to.x, to.y);
                 }
                 PathSegment::LineTo(to) => {
-                    last = [to.x, to.y];
+                    last = vec2(to.x, to.y);
                     self.content.line_to(to.x, to.y);
                 }
                 PathSegment::QuadTo(control, to) => {
                     // PDF has cubic curves only; every quadratic curve can be written as a cubic one.
-                    let (from, control, to) = (last, [control.x, control.y], [to.x, to.y]);
-                    let toward = |end: [f32; 2]| [0, 1].map(|axis| (end[axis] + 2.0 * control[axis]) / 3.0);
-                    let [[ax, ay], [bx, by]] = [from, to].map(toward);
-                    self.content.cubic_to(ax, ay, bx, by, to[0], to[1]);
+                    let (control, to) = (vec2(control.x, control.y), vec2(to.x, to.y));
+                    let [a, b] = [last, to].map(|end| (end + 2.0 * control) / 3.0);
+                    self.content.cubic_to(a.x, a.y, b.x, b.y, to.x, to.y);
                     last = to;
                 }
                 PathSegment::CubicTo(..) => unreachable!("outlines of letters are quadratic"),
@@ -513,8 +513,8 @@ impl PdfPage<'_> {
             if known.is_empty() {
                 known.push_str(letters);
             }
-            let [cos, sin] = glyph.along.map(|axis| axis as f32);
-            let [x, y] = [glyph.at[0] - self.area.x0 as f64, glyph.at[1] - self.area.y0 as f64].map(rounded);
+            let Vec2 { x: cos, y: sin } = glyph.along.as_vec2();
+            let [x, y] = self.at(glyph.at);
             self.content.set_text_matrix([cos, sin, sin, -cos, x, y]);
             self.content.show(Str(&new.to_be_bytes()));
         }
@@ -662,7 +662,7 @@ impl Plotter for PdfPage<'_> {
         }
     }
 
-    fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
+    fn stroke(&mut self, lines: &[Vec<DVec2>], pen: &Pen) {
         if pen.width <= 0.0 || !self.sees(bounds(lines.iter().flatten())) {
             return;
         }
@@ -701,17 +701,17 @@ impl Plotter for PdfPage<'_> {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        for Inscription { item, texts, colour, halo } in inscriptions {
+        for Inscription { item, text, colour, halo } in inscriptions {
             self.begin_item(item);
-            texts.iter().for_each(|text| self.surround(text, halo));
-            texts.iter().for_each(|text| self.write(text, *colour));
+            self.surround(text, halo);
+            self.write(text, *colour);
             self.end_item();
         }
     }
 
-    fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: Colour) {
+    fn dot(&mut self, middle: DVec2, radius: f64, colour: Colour) {
         self.set_fill(colour);
-        let at = |dx: f64, dy: f64| self.at([x + dx * radius, y + dy * radius]);
+        let at = |dx: f64, dy: f64| self.at(middle + radius * dvec2(dx, dy));
         let corners = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]];
         let start = at(1.0, 0.0);
         let curves: Vec<[[f32; 2]; 3]> = corners
@@ -732,7 +732,7 @@ impl Plotter for PdfPage<'_> {
 impl Page for PdfPage<'_> {
     fn clip(&mut self, part: Area) {
         self.clip = Some(part);
-        let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
+        let [x, y] = self.at(dvec2(part.x0 as f64, part.y0 as f64));
         self.content.save_state().rect(x, y, part.width() as f32, part.height() as f32).clip_nonzero().end_path();
         self.outer_opacity = self.opacity;
     }
@@ -767,7 +767,7 @@ impl Page for PdfPage<'_> {
         image.decode_parms().predictor(Predictor::PngSub).colors(3).columns(width);
         image.finish();
         self.pdf.put(&object)?;
-        let [x, y] = self.at([area.x0 as f64, area.y0 as f64]);
+        let [x, y] = self.at(dvec2(area.x0 as f64, area.y0 as f64));
         self.content.save_state();
         // PDF draws pictures with y upwards. The page's y goes down, so the picture is flipped.
         self.content.transform([width as f32, 0.0, 0.0, -height as f32, x, y + height as f32]);
@@ -820,7 +820,7 @@ mod tests {
         let mut page = pdf.page(0, Area::new(0, 0, 100, 100), SCALE, Lettering::Text);
         // The style's font file lacks the last letter, so another font draws it.
         let typeface = Typeface { face: Face::Bold, own: Some(Font::of_file()) };
-        page.write(&shape("Alp \u{1f7}", typeface, 10.0, 0.0).at([10.0, 50.0], 0.0), INK);
+        page.write(&shape("Alp \u{1f7}", typeface, 10.0, 0.0).at(dvec2(10.0, 50.0), 0.0), INK);
         page.finish().unwrap();
         pdf.finish("", "", "").unwrap();
         let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
@@ -840,12 +840,12 @@ mod tests {
         let mut page = pdf.page(0, area, SCALE, Lettering::Text);
         let pale = Pen { colour: INK, opacity: 0.28, width: 1.0, dash: None };
         let shape_of = Shape::rectangle([10.0, 10.0, 20.0, 20.0]);
-        let text = shape("1 : 25 000", Face::Regular, 10.0, 0.0).at([10.0, 50.0], 0.0);
+        let text = shape("1 : 25 000", Face::Regular, 10.0, 0.0).at(dvec2(10.0, 50.0), 0.0);
         let pale_line = |page: &mut PdfPage| page.stroke_shape(&shape_of, &pale);
         pale_line(&mut page);
         page.fill(&shape_of, INK);
         pale_line(&mut page);
-        page.dot([30.0, 30.0], 2.0, INK);
+        page.dot(dvec2(30.0, 30.0), 2.0, INK);
         // An opacity set within the map ends with the map.
         page.clip(area);
         pale_line(&mut page);

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use glam::{DVec2, dvec2};
 use tiny_skia::PathSegment;
 
 use crate::area::Area;
@@ -152,8 +153,9 @@ impl Svg {
         }
     }
 
-    fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [x - self.area.x0 as f64, y - self.area.y0 as f64]
+    /// Converts a place on the map to pixels from the north-western corner of the page.
+    fn at(&self, at: DVec2) -> DVec2 {
+        at - dvec2(self.area.x0 as f64, self.area.y0 as f64)
     }
 
     fn add(&mut self, element: std::fmt::Arguments<'_>) {
@@ -185,7 +187,7 @@ impl Svg {
     }
 
     /// Returns lines as the data of an SVG path.
-    fn path(&self, lines: &[Vec<[f64; 2]>]) -> String {
+    fn path(&self, lines: &[Vec<DVec2>]) -> String {
         let mut data = PathData::default();
         for line in lines {
             let closes = line.len() > 2 && line[0] == line[line.len() - 1];
@@ -216,7 +218,7 @@ impl Svg {
     fn outlines(&mut self, text: &Placed, paint: &str) {
         let Some(path) = text.path([self.area.x0, self.area.y0]) else { return };
         let mut data = PathData::default();
-        let at = |point: tiny_skia::Point| [f64::from(point.x), f64::from(point.y)];
+        let at = |point: tiny_skia::Point| dvec2(point.x.into(), point.y.into());
         for segment in path.segments() {
             match segment {
                 PathSegment::MoveTo(to) => data.move_to(at(to)),
@@ -272,7 +274,7 @@ impl Svg {
 
     /// Returns the attributes that place and rotate a glyph.
     fn place(&self, glyph: &PlacedGlyph) -> String {
-        let [x, y] = self.at(glyph.at).map(Hundredths);
+        let [x, y] = self.at(glyph.at).to_array().map(Hundredths);
         match glyph.angle().to_degrees() {
             0.0 => format!("x=\"{x}\" y=\"{y}\""),
             degrees => format!("transform=\"translate({x} {y}) rotate({})\"", Hundredths(degrees)),
@@ -344,7 +346,7 @@ impl Plotter for Svg {
         }
     }
 
-    fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
+    fn stroke(&mut self, lines: &[Vec<DVec2>], pen: &Pen) {
         if pen.width <= 0.0 || !self.sees(bounds(lines.iter().flatten())) {
             return;
         }
@@ -371,7 +373,7 @@ impl Plotter for Svg {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        for Inscription { item, texts, colour, halo } in inscriptions {
+        for Inscription { item, text, colour, halo } in inscriptions {
             let mut paint = format!("fill=\"{colour}\"");
             if halo.width > 0.0 {
                 let (width, opacity) = (Hundredths(f64::from(halo.width)), Hundredths(f64::from(halo.opacity)));
@@ -384,13 +386,13 @@ impl Plotter for Svg {
                 .expect("memory takes everything");
             }
             self.begin_item(item);
-            texts.iter().for_each(|text| self.letters(text, &paint));
+            self.letters(text, &paint);
             self.end_item();
         }
     }
 
-    fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
-        let [x, y] = self.at(at).map(Hundredths);
+    fn dot(&mut self, at: DVec2, radius: f64, colour: Colour) {
+        let [x, y] = self.at(at).to_array().map(Hundredths);
         self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{colour}\"/>\n", Hundredths(radius)));
     }
 }
@@ -398,7 +400,7 @@ impl Plotter for Svg {
 impl Page for Svg {
     fn clip(&mut self, part: Area) {
         self.clip = Some(part);
-        let [x, y] = self.at([part.x0 as f64, part.y0 as f64]);
+        let DVec2 { x, y } = self.at(dvec2(part.x0 as f64, part.y0 as f64));
         let (width, height) = (part.width(), part.height());
         self.add(format_args!(
             "<clipPath id=\"neatline\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>\n"
@@ -489,7 +491,7 @@ mod tests {
     #[test]
     fn a_thing_is_one_group_with_a_name_and_an_empty_one_is_left_out() {
         let area = Area::new(0, 0, 100, 100);
-        let line = vec![vec![[10.0, 10.0], [20.0, 20.0]]];
+        let line = [vec![dvec2(10.0, 10.0), dvec2(20.0, 20.0)]];
         let pen = Pen { colour: INK, opacity: 1.0, width: 1.0, dash: None };
         let text = page(area, Lettering::Outlines, |svg| {
             svg.begin_layer(PageLayer::Waters);
@@ -518,7 +520,7 @@ mod tests {
         let typeface = Typeface { face: Face::Bold, own: Some(Font::of_file()) };
         let text = page(Area::new(0, 0, 400, 400), Lettering::Text, |svg| {
             for text in ["Alp \u{1f7}", "\u{644}\u{628}"] {
-                svg.write(&shape(text, typeface, 10.0, 0.0).at([10.0, 50.0], 0.0), INK);
+                svg.write(&shape(text, typeface, 10.0, 0.0).at(dvec2(10.0, 50.0), 0.0), INK);
             }
         });
         let written = text.lines().find(|line| line.starts_with("<text")).unwrap();
@@ -531,16 +533,16 @@ mod tests {
     #[test]
     fn a_name_is_one_element_and_bent_text_turns_each_letter_by_itself() {
         let area = Area::new(0, 0, 400, 400);
-        let straight = shape("Gross Ache", Face::Italic, 20.0, 0.1).at([10.0, 50.0], 0.5);
-        let bow: Vec<[f64; 2]> = (0..60).map(|t| f64::from(t) * 0.05).map(|t| [-t.cos(), -t.sin()]).collect();
-        let bow: Vec<[f64; 2]> = bow.into_iter().map(|at| at.map(|axis| 200.0 + 150.0 * axis)).collect();
+        let straight = shape("Gross Ache", Face::Italic, 20.0, 0.1).at(dvec2(10.0, 50.0), 0.5);
+        let bow = (0..60).map(|t| f64::from(t) * 0.05).map(|t| 200.0 - 150.0 * dvec2(t.cos(), t.sin()));
+        let bow: Vec<DVec2> = bow.collect();
         let bent = shape("Bach", Face::Regular, 20.0, 0.0).along(&bow, 150.0, 0.0).unwrap();
         let halo = Pen { colour: Colour([255; 3]), opacity: 0.85, width: 2.0, dash: None };
         let named = |lettering| {
             page(area, lettering, |svg| {
                 for text in [&straight, &bent] {
                     let item = Item { kind: "name", id: &text.text, name: &text.text };
-                    svg.inscribe(&[Inscription { item, texts: std::slice::from_ref(text), colour: INK, halo }]);
+                    svg.inscribe(&[Inscription { item, text, colour: INK, halo }]);
                 }
             })
         };

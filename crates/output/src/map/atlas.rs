@@ -81,7 +81,7 @@ impl Layout {
         }
         let size = [columns, rows].map(i64::from);
         let whole = [0, 1].map(|axis| step[axis] * (size[axis] - 1) + map[axis]);
-        let middle = scale.pixel(middle_m).map(|at| at.round() as i64);
+        let middle = scale.pixel(middle_m).to_array().map(|at| at.round() as i64);
         let corner = [0, 1].map(|axis| middle[axis] - whole[axis] / 2);
         Ok(Layout { scale, columns, rows, page, map, step, corner })
     }

@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use glam::{DVec2, dvec2};
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use crate::area::Area;
@@ -25,7 +26,7 @@ pub(super) struct Canvas {
     pixmap: Pixmap,
     area: Area,
     /// North-western corner of the margin, in pixels.
-    corner: [f64; 2],
+    corner: DVec2,
 }
 
 impl Canvas {
@@ -47,13 +48,13 @@ impl Canvas {
     /// Creates an empty canvas whose pixel centres lie at whole numbers, as vertices do.
     pub fn at_vertices(area: Area) -> Canvas {
         let canvas = Canvas::clear(area);
-        Canvas { corner: canvas.corner.map(|axis| axis - 0.5), ..canvas }
+        Canvas { corner: canvas.corner - 0.5, ..canvas }
     }
 
     fn clear(area: Area) -> Canvas {
         let wide = area.padded(AROUND);
         let pixmap = Pixmap::new(wide.width() as u32, wide.height() as u32).expect("a canvas has a size");
-        Canvas { pixmap, area, corner: [wide.x0 as f64, wide.y0 as f64] }
+        Canvas { pixmap, area, corner: dvec2(wide.x0 as f64, wide.y0 as f64) }
     }
 
     /// Returns the range in the pixmap of row `y` of a part of the canvas.
@@ -100,7 +101,7 @@ impl Canvas {
 
     /// Returns the visible parts of a line of the given width, each with its ends out of sight: few points of a long
     /// line.
-    fn seen<'a>(&self, line: &'a [[f64; 2]], width: f32) -> Vec<&'a [[f64; 2]]> {
+    fn seen<'a>(&self, line: &'a [DVec2], width: f32) -> Vec<&'a [DVec2]> {
         let reach = self.area.padded(AROUND + (0.5 * width).ceil() as usize + 1);
         let mut parts = Vec::new();
         let mut start = None;
@@ -118,13 +119,13 @@ impl Canvas {
         parts
     }
 
-    fn path<'a>(&self, lines: impl IntoIterator<Item = &'a [[f64; 2]]>) -> Option<Path> {
+    fn path<'a>(&self, lines: impl IntoIterator<Item = &'a [DVec2]>) -> Option<Path> {
         let mut path = PathBuilder::new();
         for line in lines {
-            let mut points = line.iter().map(|point| [0, 1].map(|axis| (point[axis] - self.corner[axis]) as f32));
-            let Some([x, y]) = points.next() else { continue };
-            path.move_to(x, y);
-            points.for_each(|[x, y]| path.line_to(x, y));
+            let mut points = line.iter().map(|point| (point - self.corner).as_vec2());
+            let Some(first) = points.next() else { continue };
+            path.move_to(first.x, first.y);
+            points.for_each(|point| path.line_to(point.x, point.y));
         }
         path.finish()
     }
@@ -168,7 +169,7 @@ impl Plotter for Canvas {
         }
     }
 
-    fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen) {
+    fn stroke(&mut self, lines: &[Vec<DVec2>], pen: &Pen) {
         if pen.width <= 0.0 {
             return;
         }
@@ -197,17 +198,13 @@ impl Plotter for Canvas {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        for Inscription { texts, halo, .. } in inscriptions {
-            texts.iter().for_each(|text| self.surround(text, halo));
-        }
-        for Inscription { texts, colour, .. } in inscriptions {
-            texts.iter().for_each(|text| self.write(text, *colour));
-        }
+        inscriptions.iter().for_each(|inscription| self.surround(inscription.text, &inscription.halo));
+        inscriptions.iter().for_each(|inscription| self.write(inscription.text, inscription.colour));
     }
 
-    fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour) {
-        let [x, y] = [0, 1].map(|axis| (at[axis] - self.corner[axis]) as f32);
-        if let Some(path) = PathBuilder::from_circle(x, y, radius as f32) {
+    fn dot(&mut self, at: DVec2, radius: f64, colour: Colour) {
+        let at = (at - self.corner).as_vec2();
+        if let Some(path) = PathBuilder::from_circle(at.x, at.y, radius as f32) {
             let paint = Canvas::paint(colour, 1.0);
             self.pixmap.fill_path(&path, &paint, FillRule::Winding, Transform::identity(), None);
         }
@@ -228,13 +225,13 @@ mod tests {
             let [x, y] = [f64::from(index % 128), f64::from(index / 128)];
             let off = 1.3 * (f64::from(index) * 0.7).sin();
             match y as u32 {
-                0 => [x + 32.0, 64.0 + off],
-                1 => [128.0 + off, x + 32.0],
-                2 => [160.0 - x, 128.0 + off],
-                _ => [64.0 + off, 160.0 - x],
+                0 => dvec2(x + 32.0, 64.0 + off),
+                1 => dvec2(128.0 + off, x + 32.0),
+                2 => dvec2(160.0 - x, 128.0 + off),
+                _ => dvec2(64.0 + off, 160.0 - x),
             }
         };
-        let line: Vec<[f64; 2]> = (0..512).map(turn).collect();
+        let line: Vec<DVec2> = (0..512).map(turn).collect();
         for width in [0.4, 0.7, 1.0, 1.6, 4.0] {
             let pen = Pen { colour: Colour([255; 3]), opacity: 1.0, width, dash: None };
             let pixels = |area: Area| {

@@ -6,6 +6,7 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
@@ -28,7 +29,7 @@ use crate::map::style::{Colour, Style};
 use crate::map::summits::PeakSource;
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, MapTerrain};
-use crate::map::text::{Placed, Quad};
+use crate::map::text::Quad;
 use crate::memory::Budget;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
@@ -296,10 +297,7 @@ impl Picture {
         let shows = |shape: &Shape| area.meets(shape.bounds);
         let mut items = Vec::new();
         for class in [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet] {
-            let is_seen = |site: &SiteFeature| {
-                let [x, y] = self.chart.scale.pixel(site.at);
-                site.class == class && area.meets([x, y, x, y])
-            };
+            let is_seen = |site: &SiteFeature| site.class == class && self.shows(self.chart.scale.pixel(site.at));
             if drawing.sites.iter().any(is_seen) {
                 items.push(LegendItem::Site(class));
             }
@@ -315,7 +313,7 @@ impl Picture {
         if drawing.lakes.iter().any(|lake| shows(&lake.shape)) {
             items.push(LegendItem::Lake);
         }
-        if self.writings.iter().any(|writing| writing.peak.is_some_and(|[x, y]| area.meets([x, y, x, y]))) {
+        if self.writings.iter().any(|writing| writing.is_peak() && self.shows(writing.at)) {
             items.push(LegendItem::Peak);
         }
         if style.contours.draw {
@@ -324,17 +322,21 @@ impl Picture {
         items
     }
 
+    /// True if a place, in pixels, lies within the picture.
+    pub(super) fn shows(&self, at: DVec2) -> bool {
+        self.area.meets([at.x, at.y, at.x, at.y])
+    }
+
     /// Returns the names of the features within the picture: the kind of each feature, its name, and its position in
     /// pixels.
     pub fn names(&self) -> impl Iterator<Item = (&'static str, &str, [f64; 2])> {
-        let within = |at: [f64; 2]| self.area.meets([at[0], at[1], at[0], at[1]]);
-        let named = self.writings.iter().filter(move |writing| !writing.name.is_empty() && within(writing.at));
-        named.map(|writing| (writing.kind, writing.name.as_str(), writing.at))
+        let named = self.writings.iter().filter(|writing| !writing.name.is_empty() && self.shows(writing.at));
+        named.map(|writing| (writing.kind, writing.name.as_str(), writing.at.to_array()))
     }
 
     /// Returns the letters of all labels that the fonts lack.
     pub(super) fn missing_letters(&self) -> impl Iterator<Item = char> {
-        self.writings.iter().flat_map(|writing| &writing.texts).flat_map(Placed::missing)
+        self.writings.iter().flat_map(|writing| writing.text.missing())
     }
 
     /// Returns all labels.
@@ -353,10 +355,13 @@ impl Picture {
     /// # Errors
     /// When `write` fails.
     pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        let rows = self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK);
-        rows.map(|row| Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area })
-            .filter_map(|strip| strip.common(&self.area))
-            .try_for_each(|strip| write(&self.pixels(strip)))
+        self.rows().try_for_each(|strip| write(&self.pixels(strip)))
+    }
+
+    /// Iterates over the parts of the picture in the rows of blocks.
+    fn rows(&self) -> impl Iterator<Item = Area> {
+        let column = Area { x1: self.area.x0 + 1, ..self.area };
+        column.squares(BLOCK as usize).map(|part| Area { x1: self.area.x1, ..part })
     }
 
     /// Returns the pixels of a part of the picture: RGB, row by row.
@@ -365,15 +370,11 @@ impl Picture {
     /// When the part is not within the picture.
     pub fn pixels(&self, part: Area) -> Vec<u8> {
         assert!(self.area.contains(&part), "a picture knows what it shows and no more");
-        let span = |from: i64, to: i64| from.div_euclid(BLOCK)..=(to - 1).div_euclid(BLOCK);
-        let columns = span(part.x0, part.x1);
-        let places: Vec<[i64; 2]> =
-            span(part.y0, part.y1).flat_map(|row| columns.clone().map(move |column| [column, row])).collect();
-        let blocks: Vec<(Area, Vec<u8>)> =
-            places.par_iter().map(|[column, row]| self.block(part, *column, *row)).collect();
+        let parts: Vec<Area> = part.squares(BLOCK as usize).collect();
+        let blocks: Vec<Vec<u8>> = parts.par_iter().map(|part| self.block(*part)).collect();
         let mut pixels = vec![0; part.len() * 3];
         let bytes = part.width() * 3;
-        for (area, block) in &blocks {
+        for (area, block) in parts.iter().zip(&blocks) {
             let left = (area.x0 - part.x0) as usize * 3;
             let lines = pixels.chunks_exact_mut(bytes).skip((area.y0 - part.y0) as usize);
             for (line, block) in lines.zip(block.chunks_exact(area.width() * 3)) {
@@ -383,21 +384,19 @@ impl Picture {
         pixels
     }
 
-    /// Returns the part of a block that lies in `part`: its area and its pixels.
-    fn block(&self, part: Area, column: i64, row: i64) -> (Area, Vec<u8>) {
-        let (ground, outlines) = self.ground(column, row);
+    /// Returns the pixels of a part of a block.
+    fn block(&self, part: Area) -> Vec<u8> {
+        let (ground, outlines) = self.ground(part);
         stop::check();
-        let seen = ground.area.common(&part).expect("the block was chosen by the area");
         let mut canvas = Canvas::of_words(&ground.pixels);
         self.draw(std::slice::from_ref(&outlines), &mut canvas);
-        (seen, canvas.pixels(seen))
+        canvas.pixels(part)
     }
 
-    /// Returns the ground of a block, and the lines that follow from its heights.
-    fn ground(&self, column: i64, row: i64) -> (GroundPixels, Outlines) {
+    /// Returns the ground of the block that a part belongs to, and the lines that follow from its heights.
+    fn ground(&self, part: Area) -> (GroundPixels, Outlines) {
         stop::check();
-        let chart = &self.chart;
-        let block = Area::new(column * BLOCK, row * BLOCK, BLOCK as usize, BLOCK as usize);
+        let (chart, block) = (&self.chart, part.on_grid(BLOCK));
         let ground = chart.relief.ground(&chart.terrain, block);
         let boxes = self.writings.iter().flat_map(Writing::boxes);
         // The numbers of contours keep clear of the frame as well as of names.
@@ -418,16 +417,12 @@ impl Picture {
         page.clip(self.area);
         page.begin_layer(PageLayer::Relief);
         page.begin_picture(self.area);
-        let columns = self.area.x0.div_euclid(BLOCK)..(self.area.x1 - 1).div_euclid(BLOCK) + 1;
-        for row in self.area.y0.div_euclid(BLOCK)..=(self.area.y1 - 1).div_euclid(BLOCK) {
-            let blocks: Vec<(GroundPixels, Outlines)> =
-                columns.clone().into_par_iter().map(|column| self.ground(column, row)).collect();
-            let strip = Area { y0: row * BLOCK, y1: (row + 1) * BLOCK, ..self.area };
-            let strip = strip.common(&self.area).expect("rows were chosen by the area");
+        for strip in self.rows() {
+            let parts: Vec<Area> = strip.squares(BLOCK as usize).collect();
+            let blocks: Vec<(GroundPixels, Outlines)> = parts.par_iter().map(|part| self.ground(*part)).collect();
             let mut canvas = Canvas::new(strip, Colour([0; 3]));
-            for (ground, outlines) in blocks {
-                let seen = ground.area.common(&strip).expect("columns were chosen by the area");
-                canvas.put(seen, &Canvas::of_words(&ground.pixels).pixels(seen));
+            for (part, (ground, outlines)) in parts.into_iter().zip(blocks) {
+                canvas.put(part, &Canvas::of_words(&ground.pixels).pixels(part));
                 all.push(outlines);
             }
             page.add_rows(&canvas.pixels(strip))?;
@@ -443,29 +438,19 @@ impl Picture {
     /// Draws everything that lies over the ground, with the outlines of some blocks.
     fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         draw_outlines(outlines, canvas);
-        canvas.begin_layer(PageLayer::Houses);
-        self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Waters);
-        self.draw_waters(outlines, canvas);
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Roads);
-        self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas);
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Places);
-        self.draw_places(canvas);
-        canvas.end_layer();
-        canvas.begin_layer(PageLayer::Names);
-        self.draw_names(canvas);
-        canvas.end_layer();
+        canvas.layer(PageLayer::Houses, |canvas| {
+            self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
+        });
+        canvas.layer(PageLayer::Waters, |canvas| self.draw_waters(outlines, canvas));
+        canvas.layer(PageLayer::Roads, |canvas| self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas));
+        canvas.layer(PageLayer::Places, |canvas| self.draw_places(canvas));
+        canvas.layer(PageLayer::Names, |canvas| self.draw_names(canvas));
     }
 
     fn draw_waters(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
         for lake in &drawing.lakes {
-            canvas.begin_item(&lake.item("lake"));
-            canvas.fill(&lake.shape, style.water.fill);
-            canvas.end_item();
+            canvas.item(&lake.item("lake"), |canvas| canvas.fill(&lake.shape, style.water.fill));
         }
         let stroke_rivers =
             |canvas: &mut dyn Plotter, kind: &'static str, colour: Colour, drawn: &dyn Fn(&Strokes) -> Vec<f64>| {
@@ -473,28 +458,23 @@ impl Picture {
                     if !canvas.sees(river.bounds) {
                         continue;
                     }
-                    canvas.begin_item(&Item { kind, id: &river.id, name: &river.name });
-                    for (width, (_, part)) in drawn(river).into_iter().zip(&river.parts) {
-                        let pen = Pen { width: width as f32, ..self.line(colour, 0.0) };
-                        canvas.stroke(std::slice::from_ref(part), &pen);
-                    }
-                    canvas.end_item();
+                    canvas.item(&Item { kind, id: &river.id, name: &river.name }, |canvas| {
+                        for (width, (_, part)) in drawn(river).into_iter().zip(&river.parts) {
+                            canvas.stroke(std::slice::from_ref(part), &Pen::solid(colour, width));
+                        }
+                    });
                 }
             };
         stroke_rivers(canvas, "river", style.water.line, &|river| {
             river.parts.iter().map(|(width, _)| *width).collect()
         });
-        let shore = self.line(style.water.line, style.water.shore_mm);
+        let shore = Pen::solid(style.water.line, scale.pixels(style.water.shore_mm));
         for lake in &drawing.lakes {
-            canvas.begin_item(&lake.item("shore"));
-            canvas.stroke_shape(&lake.shape, &shore);
-            canvas.end_item();
+            canvas.item(&lake.item("shore"), |canvas| canvas.stroke_shape(&lake.shape, &shore));
         }
-        canvas.begin_item(&Item::only("coasts"));
-        for outlines in outlines {
-            canvas.stroke(&outlines.coasts, &shore);
-        }
-        canvas.end_item();
+        canvas.item(&Item::only("coasts"), |canvas| {
+            outlines.iter().for_each(|outlines| canvas.stroke(&outlines.coasts, &shore));
+        });
         // Between their banks, wide rivers have the colour of lakes. The water is drawn last, so no line separates it
         // from the lake or river that it runs into.
         let [banks, bank] = [BANKS * style.water.river_mm[1], style.water.shore_mm].map(|mm| scale.pixels(mm));
@@ -505,38 +485,23 @@ impl Picture {
     fn draw_places(&self, canvas: &mut dyn Plotter) {
         let (style, scale) = (&self.chart.style, self.chart.scale);
         for site in &self.drawing.sites {
-            canvas.begin_item(&Item { kind: site.class.name(), id: &site.id.to_string(), name: &site.name });
-            draw_site(canvas, scale.pixel(site.at), site.class, scale, style);
-            canvas.end_item();
+            canvas.item(&Item { kind: site.class.name(), id: &site.id.to_string(), name: &site.name }, |canvas| {
+                draw_site(canvas, scale.pixel(site.at), site.class, scale, style);
+            });
         }
-        for writing in &self.writings {
-            if let Some(at) = writing.peak {
-                canvas.begin_item(&Item { kind: "peak", id: &writing.name, name: &writing.name });
-                draw_peak(canvas, at, scale, writing.style.colour);
-                canvas.end_item();
-            }
+        for Writing { kind, name, at, colour, .. } in self.writings.iter().filter(|writing| writing.is_peak()) {
+            canvas.item(&Item { kind, id: name, name }, |canvas| draw_peak(canvas, *at, scale, *colour));
         }
     }
 
     fn draw_names(&self, canvas: &mut dyn Plotter) {
         let labels = &self.chart.style.labels;
-        let halo = Pen { opacity: 0.85, ..self.line(labels.halo, 2.0 * labels.halo_mm) };
-        let inscriptions: Vec<Inscription> = self
-            .writings
-            .iter()
-            .map(|Writing { name, texts, style, .. }| Inscription {
-                item: Item { kind: "name", id: name, name },
-                texts,
-                colour: style.colour,
-                halo,
-            })
-            .collect();
-        canvas.inscribe(&inscriptions);
-    }
-
-    /// Returns an opaque pen without dashes, `mm` millimetres wide.
-    fn line(&self, colour: Colour, mm: f64) -> Pen {
-        Pen { colour, opacity: 1.0, width: self.chart.scale.pixels(mm) as f32, dash: None }
+        let halo = Pen { opacity: 0.85, ..Pen::solid(labels.halo, self.chart.scale.pixels(2.0 * labels.halo_mm)) };
+        let inscriptions = self.writings.iter().map(|Writing { name, text, colour, .. }| {
+            let item = Item { kind: "name", id: name, name };
+            Inscription { item, text, colour: *colour, halo }
+        });
+        canvas.inscribe(&inscriptions.collect::<Vec<_>>());
     }
 }
 
@@ -548,23 +513,15 @@ fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter) {
             outlines.draw(trace, canvas);
         }
     };
-    canvas.begin_layer(PageLayer::Signs);
-    draw(canvas, GroundLine::Sign);
-    canvas.end_layer();
-    canvas.begin_layer(PageLayer::Contours);
-    for (trace, kind) in [
-        (GroundLine::Depth, "depths"),
-        (GroundLine::Contour, "intermediate-contours"),
-        (GroundLine::IndexContour, "index-contours"),
-    ] {
-        canvas.begin_item(&Item::only(kind));
-        draw(canvas, trace);
-        canvas.end_item();
-    }
-    canvas.begin_item(&Item::only("heights"));
-    for outlines in outlines {
-        outlines.write(canvas);
-    }
-    canvas.end_item();
-    canvas.end_layer();
+    canvas.layer(PageLayer::Signs, |canvas| draw(canvas, GroundLine::Sign));
+    canvas.layer(PageLayer::Contours, |canvas| {
+        for (trace, kind) in [
+            (GroundLine::Depth, "depths"),
+            (GroundLine::Contour, "intermediate-contours"),
+            (GroundLine::IndexContour, "index-contours"),
+        ] {
+            canvas.item(&Item::only(kind), |canvas| draw(canvas, trace));
+        }
+        canvas.item(&Item::only("heights"), |canvas| outlines.iter().for_each(|outlines| outlines.write(canvas)));
+    });
 }

@@ -3,6 +3,8 @@
 //! The point at which a line crosses from one square of pixels to the next depends on the two heights there alone,
 //! taken in a fixed order. So the lines of neighbouring areas meet to the bit.
 
+use glam::{DVec2, dvec2};
+
 use crate::area::Area;
 use crate::contour::{Edge, chains, crossed, for_each_square, share, square};
 use crate::grid::Grid;
@@ -18,7 +20,7 @@ pub(super) struct ContourLine {
     /// Number of intervals above 0 m.
     pub number: i64,
     /// Pixels east and south of the scale's origin.
-    pub points: Vec<[f64; 2]>,
+    pub points: Vec<DVec2>,
 }
 
 impl ContourLine {
@@ -29,7 +31,7 @@ impl ContourLine {
 }
 
 /// Finds the lines of a single height, in the same way as [`contours`]: shores.
-pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn shores(heights: &Grid<f32>, area: Area, level_m: f32) -> Vec<Vec<DVec2>> {
     let mut segments = Vec::new();
     for_each_square(heights, area, STEP, |corners, at| square(corners, level_m, at, STEP, &mut segments));
     let line = |chain: Vec<Edge>| chain.into_iter().map(|edge| in_pixels(heights, edge, level_m)).collect();
@@ -47,11 +49,11 @@ pub(super) fn contours(heights: &Grid<f32>, area: Area, interval_m: f64) -> Vec<
 }
 
 /// Returns the point, in pixels, at which a level crosses an edge.
-fn in_pixels(heights: &Grid<f32>, (x, y, south): Edge, level: f32) -> [f64; 2] {
+fn in_pixels(heights: &Grid<f32>, (x, y, south): Edge, level: f32) -> DVec2 {
     let share = share(heights, (x, y, south), STEP, level) * STEP as f64;
     let [east, down] = if south { [0.0, share] } else { [share, 0.0] };
     // A pixel's height is the height at its centre.
-    [x as f64 + 0.5 + east, y as f64 + 0.5 + down]
+    dvec2(x as f64 + 0.5 + east, y as f64 + 0.5 + down)
 }
 
 /// Largest number of contours between the lowest and the highest land. With more, the walls of a world that is flat
@@ -72,12 +74,10 @@ mod tests {
     use super::*;
 
     fn cone(area: Area) -> Grid<f32> {
-        let mut grid = Grid::filled(area, 0.0);
-        for (x, y) in area.vertices() {
+        Grid::of(area, |x, y| {
             let (east, south) = (x as f32 - 20.3, y as f32 - 31.7);
-            grid.row_mut(y, x, x + 1)[0] = 500.0 - 9.0 * (east * east + south * south).sqrt();
-        }
-        grid
+            500.0 - 9.0 * (east * east + south * south).sqrt()
+        })
     }
 
     #[test]
@@ -87,7 +87,7 @@ mod tests {
         let lines = contours(&heights, area, 20.0);
         let mut rings = 0;
         for line in &lines {
-            for [x, y] in &line.points {
+            for DVec2 { x, y } in &line.points {
                 let (east, south) = (x - 0.5 - 20.3, y - 0.5 - 31.7);
                 let height_m = 500.0 - 9.0 * (east * east + south * south).sqrt();
                 let near_top = line.number as f64 * 20.0 > 460.0;
@@ -106,12 +106,11 @@ mod tests {
     #[test]
     fn contours_are_as_high_as_they_say() {
         let area = Area::new(-100, -100, 300, 300);
-        let mut heights = Grid::filled(area.padded(4), 0.0);
-        for (x, y) in heights.area().vertices() {
+        let heights = Grid::of(area.padded(4), |x, y| {
             let (east, south) = (x as f32 * 0.11, y as f32 * 0.07);
-            heights.row_mut(y, x, x + 1)[0] = 900.0 + 300.0 * east.sin() * south.cos() + 2.0 * (x - y) as f32;
-        }
-        let height_at = |[x, y]: [f64; 2]| {
+            900.0 + 300.0 * east.sin() * south.cos() + 2.0 * (x - y) as f32
+        });
+        let height_at = |DVec2 { x, y }| {
             // Heights belong to pixel centres, and edges span two pixels.
             let at = |at: f64| ((at - 0.5) / STEP as f64).floor() as i64 * STEP;
             let (west, north) = (at(x), at(y));
@@ -122,7 +121,7 @@ mod tests {
             height(0, 0) + (next - height(0, 0)) * share
         };
         let lines = contours(&heights, area, 100.0);
-        let points: Vec<(f64, [f64; 2])> = lines
+        let points: Vec<(f64, DVec2)> = lines
             .iter()
             .flat_map(|line| line.points.iter().map(|point| (line.number as f64 * 100.0, *point)))
             .collect();

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::{DVec2, dvec2};
 use rayon::prelude::*;
 
 use crate::area::Area;
@@ -15,9 +16,9 @@ use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::houses::{self, Town};
 use crate::map::names::{self, is_drawn};
-use crate::map::plotter::{Item, Pen, Plotter, Shape, WIDEST, bounds};
+use crate::map::plotter::{Item, Pen, Plotter, Shape, WIDEST, bounds, widened};
 use crate::map::scale::Scale;
-use crate::map::style::{Colour, RoadsStyle, Style};
+use crate::map::style::{Colour, Style};
 use crate::map::symbols;
 use crate::places::Places;
 use crate::places::site::SiteClass;
@@ -78,7 +79,7 @@ pub(super) struct LakeShape {
     pub name: Option<String>,
     pub area_px: f64,
     /// A point well inside the lake, and the width of the lake there from west to east.
-    pub middle: [f64; 2],
+    pub middle: DVec2,
     pub widest: f64,
 }
 
@@ -89,7 +90,7 @@ pub(super) struct NamedRiver {
     pub name: String,
     /// Name of the valley in which the river flows, if it has one.
     pub valley: Option<String>,
-    pub line: Vec<[f64; 2]>,
+    pub line: Vec<DVec2>,
     /// Largest width at which the river is drawn.
     pub width: f64,
     pub discharge_m3s: f64,
@@ -110,7 +111,7 @@ pub(super) struct Strokes {
     pub id: String,
     pub name: String,
     pub bounds: [f64; 4],
-    pub parts: Vec<(f64, Vec<[f64; 2]>)>,
+    pub parts: Vec<(f64, Vec<DVec2>)>,
 }
 
 /// Smallest width of an open river, as a multiple of the width of a bank: two banks, and as much water as a bank
@@ -134,7 +135,7 @@ impl Strokes {
 }
 
 impl LakeShape {
-    fn new(lake: LakeFeature, rings: Vec<Vec<[f64; 2]>>, area_px: f64) -> LakeShape {
+    fn new(lake: LakeFeature, rings: Vec<Vec<DVec2>>, area_px: f64) -> LakeShape {
         let shape = Shape::new(rings);
         let (middle, widest) = shape.widest(shape.bounds);
         LakeShape { shape, id: lake.id, name: lake.name, area_px, middle, widest }
@@ -149,11 +150,11 @@ impl LakeShape {
 impl Shape {
     /// Returns the middle of the widest of some chords from west to east, within a rectangle, and the length of that
     /// chord.
-    pub(super) fn widest(&self, [west, north, east, south]: [f64; 4]) -> ([f64; 2], f64) {
+    pub(super) fn widest(&self, [west, north, east, south]: [f64; 4]) -> (DVec2, f64) {
         let chords = (1..CHORDS).map(|number| north + (south - north) * f64::from(number) / f64::from(CHORDS));
         let widest = chords.map(|y| (self.widest_at(y, [west, east]), y)).max_by(|a, b| a.0.1.total_cmp(&b.0.1));
         let ((x, widest), y) = widest.expect("there are some chords");
-        ([x, y], widest)
+        (dvec2(x, y), widest)
     }
 
     /// Returns the middle and the width of the widest part inside the shape at the row `y` of the map, between two
@@ -161,9 +162,9 @@ impl Shape {
     fn widest_at(&self, y: f64, [west, east]: [f64; 2]) -> (f64, f64) {
         let mut crossings: Vec<f64> = Vec::new();
         for pair in self.lines.iter().flat_map(|line| line.windows(2)) {
-            let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
-            if (y0 <= y) != (y1 <= y) {
-                crossings.push(x0 + (x1 - x0) * (y - y0) / (y1 - y0));
+            let (from, to) = (pair[0], pair[1]);
+            if (from.y <= y) != (to.y <= y) {
+                crossings.push(from.x + (to.x - from.x) * (y - from.y) / (to.y - from.y));
             }
         }
         crossings.sort_by(f64::total_cmp);
@@ -232,11 +233,8 @@ impl Draughtsman<'_> {
         find: impl Fn(&Area) -> Vec<T> + Sync,
         key: impl Fn(&T) -> K + Sync,
     ) -> Vec<T> {
-        let corners = |from: i64, to: i64| (from.div_euclid(PART)..=(to - 1).div_euclid(PART)).map(|at| at * PART);
-        let parts: Vec<Area> = corners(area.y0, area.y1)
-            .flat_map(|y| corners(area.x0, area.x1).map(move |x| Area::new(x, y, PART as usize + 1, PART as usize + 1)))
-            .filter_map(|part| part.common(&area))
-            .collect();
+        let part = |[x, y]: [i64; 2]| Area::new(x * PART, y * PART, PART as usize + 1, PART as usize + 1);
+        let parts: Vec<Area> = area.square_numbers(PART).filter_map(|at| part(at).common(&area)).collect();
         let found = |part: &Area| {
             stop::check();
             find(part)
@@ -249,7 +247,7 @@ impl Draughtsman<'_> {
     fn draw_water(&self, area: Area, drawing: &mut Drawing) {
         let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         let outline = |ring: &Vec<[f64; 2]>| {
-            let ring: Vec<[f64; 2]> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
+            let ring: Vec<DVec2> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
             thinned(&ring, LEAST_BEND).into_iter().map(|index| ring[index]).collect::<Vec<_>>()
         };
         let least_px = if self.is_sketch { SKETCHED_LAKE } else { 0.0 };
@@ -260,7 +258,7 @@ impl Draughtsman<'_> {
         for lake in Self::find(nodes, lakes, |lake| lake.id.clone()) {
             let area_px = lake.area_m2 / self.scale.metres_per_pixel / self.scale.metres_per_pixel;
             if area_px >= LEAST_LAKE {
-                let rings: Vec<Vec<[f64; 2]>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();
+                let rings: Vec<Vec<DVec2>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();
                 drawing.lakes.push(LakeShape::new(lake, rings, area_px));
             }
         }
@@ -298,8 +296,8 @@ impl Draughtsman<'_> {
         let start = river.points.iter().position(|point| point.discharge_m3s >= least_m3s)?;
         let points = &river.points[start..];
         let pixels_per_vertex = river.spacing_m / self.scale.metres_per_pixel;
-        let at: Vec<[f64; 2]> =
-            points.iter().map(|point| river.place_from([0, 0], point).map(|axis| axis * pixels_per_vertex)).collect();
+        let place = |point| DVec2::from(river.place_from([0, 0], point)) * pixels_per_vertex;
+        let at: Vec<DVec2> = points.iter().map(place).collect();
         let kept = thinned(&at, LEAST_BEND);
         let width = |index: usize| {
             let point = &points[index];
@@ -310,8 +308,8 @@ impl Draughtsman<'_> {
             // points.
             (drawn.max(2.0 * point.half_width_m / self.scale.metres_per_pixel) * 6.0).round() / 6.0
         };
-        let line: Vec<[f64; 2]> = kept.iter().map(|index| at[*index]).collect();
-        let mut parts: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
+        let line: Vec<DVec2> = kept.iter().map(|index| at[*index]).collect();
+        let mut parts: Vec<(f64, Vec<DVec2>)> = Vec::new();
         for (number, piece) in smooth_pieces(&line).into_iter().enumerate() {
             let width = width(kept[number]);
             match parts.last_mut() {
@@ -319,9 +317,8 @@ impl Draughtsman<'_> {
                 _ => parts.push((width, piece)),
             }
         }
-        let [west, north, east, south] = bounds(parts.iter().flat_map(|(_, part)| part));
         let half = parts.iter().map(|(width, _)| width / 2.0).fold(0.0, f64::max);
-        let bounds = [west - half, north - half, east + half, south + half];
+        let bounds = widened(bounds(parts.iter().flat_map(|(_, part)| part)), half);
         let (id, name) = (river.id.to_string(), river.name.clone().unwrap_or_default());
         Some(Strokes { id, name, bounds, parts })
     }
@@ -343,15 +340,13 @@ impl Draughtsman<'_> {
         let square_m = TOWN_MM * self.scale.denominator() / 1000.0;
         let cells = (square_m / (cell_side as f64 * settled.spacing_m())).ceil() as i64;
         let side = cells * cell_side;
-        let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
-        let squares: Vec<[i64; 2]> =
-            span(vertices.y0, vertices.y1).flat_map(|y| span(vertices.x0, vertices.x1).map(move |x| [x, y])).collect();
-        let town = |square: &[i64; 2]| settled.chief_site(*square, cells).map(|site| SiteFeature::new(settled, &site));
-        squares.par_iter().filter_map(town).collect()
+        let squares: Vec<[i64; 2]> = vertices.square_numbers(side).collect();
+        let town = |square| settled.chief_site(square, cells).map(|site| SiteFeature::new(settled, &site));
+        squares.into_par_iter().filter_map(town).collect()
     }
 
     /// Draws roads. Returns the whole line of each road, with a number of its own.
-    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Vec<(u64, Vec<[f64; 2]>)> {
+    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Vec<(u64, Vec<DVec2>)> {
         let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
         let mut lines = Vec::new();
         for road in Self::find(vertices, roads, |road| road.id) {
@@ -366,17 +361,17 @@ impl Draughtsman<'_> {
 
 impl Drawing {
     /// Adds a road, if roads of its class are drawn at the scale. Returns the whole line, in pixels.
-    pub fn add_road(&mut self, style: &Style, scale: Scale, road: &Line) -> Option<Vec<[f64; 2]>> {
+    pub fn add_road(&mut self, style: &Style, scale: Scale, road: &Line) -> Option<Vec<DVec2>> {
         let class = road.class.unwrap_or(RoadClass::Track);
-        if scale.denominator() > style.roads.classes[2 - class as usize].most {
+        if scale.denominator() > style.roads.class(class).most {
             return None;
         }
         let pixels_per_vertex = road.spacing_m / scale.metres_per_pixel;
-        let place = |point| road.place_from([0, 0], point).map(|axis| axis * pixels_per_vertex);
-        let at: Vec<[f64; 2]> = road.points.iter().map(place).collect();
+        let place = |point| DVec2::from(road.place_from([0, 0], point)) * pixels_per_vertex;
+        let at: Vec<DVec2> = road.points.iter().map(place).collect();
         let part = |range: std::ops::RangeInclusive<usize>| {
             let part = &at[range];
-            let line: Vec<[f64; 2]> = thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
+            let line: Vec<DVec2> = thinned(part, LEAST_BEND * 0.25).into_iter().map(|index| part[index]).collect();
             RoadPart { class, id: road.id.to_string(), shape: Shape::new(vec![smooth(&line)]) }
         };
         // Tunnels are drawn apart from the visible parts of the road.
@@ -407,17 +402,17 @@ impl Drawing {
     /// Draws the roads: first tunnels, then bridges, then all casings, and last all roads, the better classes over the
     /// worse.
     pub fn draw_roads(&self, style: &Style, scale: Scale, canvas: &mut dyn Plotter) {
-        let RoadsStyle { casing, classes, .. } = &style.roads;
-        let class = |class: RoadClass| &classes[2 - class as usize];
-        let line = |colour: Colour, mm: f64| Pen { colour, opacity: 1.0, width: scale.pixels(mm) as f32, dash: None };
+        let casing = style.roads.casing;
+        let class = |class| style.roads.class(class);
+        let line = |colour: Colour, mm: f64| Pen::solid(colour, scale.pixels(mm));
         let tunnel = |of: RoadClass| Pen {
             dash: Some([scale.pixels(0.6) as f32, scale.pixels(0.4) as f32]),
-            ..line(*casing, class(of).width_mm * 0.5)
+            ..line(casing, class(of).width_mm * 0.5)
         };
         stroke_parts(canvas, &self.tunnels, |_| "tunnel", tunnel);
-        let bridge = |of: RoadClass| line(*casing, class(of).width_mm + 4.0 * class(of).casing_mm);
+        let bridge = |of: RoadClass| line(casing, class(of).width_mm + 4.0 * class(of).casing_mm);
         stroke_parts(canvas, &self.bridges, |_| "bridge", bridge);
-        let cased = |of: RoadClass| line(*casing, class(of).width_mm + 2.0 * class(of).casing_mm);
+        let cased = |of: RoadClass| line(casing, class(of).width_mm + 2.0 * class(of).casing_mm);
         stroke_parts(canvas, &self.roads, |_| "casing", cased);
         stroke_parts(canvas, &self.roads, RoadClass::name, |of| line(class(of).colour, class(of).width_mm));
     }
@@ -431,23 +426,20 @@ fn stroke_parts(
     pen: impl Fn(RoadClass) -> Pen,
 ) {
     for road in parts.chunk_by(|one, next| one.id == next.id) {
-        canvas.begin_item(&Item { kind: kind(road[0].class), id: &road[0].id, name: "" });
-        for part in road {
-            canvas.stroke_shape(&part.shape, &pen(part.class));
-        }
-        canvas.end_item();
+        canvas.item(&Item { kind: kind(road[0].class), id: &road[0].id, name: "" }, |canvas| {
+            road.iter().for_each(|part| canvas.stroke_shape(&part.shape, &pen(part.class)));
+        });
     }
 }
 
 /// Returns one piece of a smooth line for each of its points, from the middle of the segment before the point to the
 /// middle of the segment after it.
-fn smooth_pieces(line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
-    let middle = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| (a[axis] + b[axis]) * 0.5);
+fn smooth_pieces(line: &[DVec2]) -> Vec<Vec<DVec2>> {
     let last = line.len() - 1;
     (0..line.len())
         .map(|index| {
-            let from = if index == 0 { line[0] } else { middle(line[index - 1], line[index]) };
-            let to = if index == last { line[last] } else { middle(line[index], line[index + 1]) };
+            let from = if index == 0 { line[0] } else { line[index - 1].midpoint(line[index]) };
+            let to = if index == last { line[last] } else { line[index].midpoint(line[index + 1]) };
             bend(from, line[index], to)
         })
         .collect()
@@ -463,7 +455,7 @@ mod tests {
             id: String::new(),
             name: String::new(),
             bounds: [0.0; 4],
-            parts: widths.iter().map(|width| (*width, vec![[0.0, 0.0], [1.0, 0.0]])).collect(),
+            parts: widths.iter().map(|width| (*width, vec![DVec2::ZERO, DVec2::X])).collect(),
         };
         // A line at first, then open from the first wide part on, though later parts are narrower again and again.
         let river = strokes(&[2.0, 3.9, 4.1, 3.9, 4.1, 3.5, 4.2]);

@@ -1,7 +1,9 @@
 //! The frame of a sheet, which no name crosses.
 
+use glam::DVec2;
+
 use crate::area::Area;
-use crate::map::plotter::bounds;
+use crate::map::plotter::{bounds, ring, widened};
 use crate::map::scale::Scale;
 use crate::map::text::Quad;
 
@@ -20,13 +22,11 @@ pub(super) struct MapFrame {
 impl MapFrame {
     /// Creates the frame around an area of pixels.
     pub fn new(area: Area, scale: Scale) -> MapFrame {
-        let map = [area.x0, area.y0, area.x1, area.y1].map(|at| at as f64);
-        let gap = scale.pixels(GAP_MM);
-        MapFrame { map, room: [map[0] + gap, map[1] + gap, map[2] - gap, map[3] - gap] }
+        MapFrame { map: area.edges(), room: widened(area.edges(), -scale.pixels(GAP_MM)) }
     }
 
     /// True if the map shows a place.
-    pub fn shows(&self, [x, y]: [f64; 2]) -> bool {
+    pub fn shows(&self, DVec2 { x, y }: DVec2) -> bool {
         let [west, north, east, south] = self.map;
         (west..=east).contains(&x) && (north..=south).contains(&y)
     }
@@ -45,8 +45,8 @@ impl MapFrame {
     }
 
     /// Returns the parts of a line that lie where letters may.
-    pub fn parts(&self, line: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
-        let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
+    pub fn parts(&self, line: &[DVec2]) -> Vec<Vec<DVec2>> {
+        let mut parts: Vec<Vec<DVec2>> = Vec::new();
         for pair in line.windows(2) {
             let Some([from, to]) = clipped([pair[0], pair[1]], self.room) else { continue };
             match parts.last_mut().filter(|part| part.last() == Some(&from)) {
@@ -59,12 +59,8 @@ impl MapFrame {
 
     /// Returns the four edges of the map as boxes without width.
     pub fn edges(&self) -> impl Iterator<Item = Quad> {
-        let [west, north, east, south] = self.map;
-        let corners = [[west, north], [east, north], [east, south], [west, south]];
-        (0..4).map(move |side| {
-            let (from, to) = (corners[side], corners[(side + 1) % 4]);
-            [from, to, to, from]
-        })
+        let corners = ring(self.map);
+        (0..4).map(move |side| [corners[side], corners[side + 1], corners[side + 1], corners[side]])
     }
 }
 
@@ -73,10 +69,11 @@ impl MapFrame {
 ///
 /// Based on: Liang and Barsky (A New Concept and Method for Line Clipping, 1984). Each edge narrows the range of the
 /// line that lies within all four edges.
-pub(super) fn clipped([a, b]: [[f64; 2]; 2], [west, north, east, south]: [f64; 4]) -> Option<[[f64; 2]; 2]> {
-    let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+pub(super) fn clipped([a, b]: [DVec2; 2], [west, north, east, south]: [f64; 4]) -> Option<[DVec2; 2]> {
+    let along = b - a;
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for (way, left) in [(-dx, a[0] - west), (dx, east - a[0]), (-dy, a[1] - north), (dy, south - a[1])] {
+    for (way, left) in [(-along.x, a.x - west), (along.x, east - a.x), (-along.y, a.y - north), (along.y, south - a.y)]
+    {
         if way == 0.0 {
             if left < 0.0 {
                 return None;
@@ -91,7 +88,7 @@ pub(super) fn clipped([a, b]: [[f64; 2]; 2], [west, north, east, south]: [f64; 4
     let place = |share: f64| match share {
         0.0 => a,
         1.0 => b,
-        _ => [a[0] + dx * share, a[1] + dy * share],
+        _ => a + along * share,
     };
     (from < to).then(|| [place(from), place(to)])
 }
@@ -105,11 +102,11 @@ mod tests {
         let frame =
             MapFrame::new(Area::new(0, 0, 100, 50), Scale { metres_per_pixel: 1.0, pixels_per_mm: 1.0 / GAP_MM });
         let line = [[-20.0, 10.0], [50.0, 10.0], [50.0, 80.0], [70.0, 80.0], [70.0, 20.0], [80.0, 20.0]];
-        let parts = frame.parts(&line);
-        let first = vec![[1.0, 10.0], [50.0, 10.0], [50.0, 49.0]];
-        assert_eq!(parts, [first, vec![[70.0, 49.0], [70.0, 20.0], [80.0, 20.0]]]);
-        assert!(frame.parts(&[[-5.0, -5.0], [200.0, -5.0]]).is_empty());
-        assert!(frame.shows([0.0, 50.0]) && !frame.shows([0.0, 50.1]));
+        let parts = frame.parts(&line.map(DVec2::from));
+        let first = [[1.0, 10.0], [50.0, 10.0], [50.0, 49.0]].map(DVec2::from);
+        assert_eq!(parts, [first, [[70.0, 49.0], [70.0, 20.0], [80.0, 20.0]].map(DVec2::from)]);
+        assert!(frame.parts(&[[-5.0, -5.0], [200.0, -5.0]].map(DVec2::from)).is_empty());
+        assert!(frame.shows(DVec2::new(0.0, 50.0)) && !frame.shows(DVec2::new(0.0, 50.1)));
         assert_eq!(frame.part([-10.0, 20.0, 30.0, 70.0]), Some([1.0, 20.0, 30.0, 49.0]));
         assert_eq!(frame.part([-10.0, 20.0, 1.0, 70.0]), None);
     }

@@ -3,19 +3,18 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use glam::DVec2;
+
 /// Returns the indices of the points of a line that remain after thinning. A point is removed if its triangle with its
 /// neighbours has less than `least` area, the smallest triangle first. The ends stay.
 ///
 /// Based on: M. Visvalingam and J. D. Whyatt, "Line generalisation by repeated elimination of points" (1993).
-pub(super) fn thinned(line: &[[f64; 2]], least: f64) -> Vec<usize> {
+pub(super) fn thinned(line: &[DVec2], least: f64) -> Vec<usize> {
     let count = line.len();
     if count < 3 {
         return (0..count).collect();
     }
-    let area = |a: usize, b: usize, c: usize| {
-        let [a, b, c] = [line[a], line[b], line[c]];
-        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs()
-    };
+    let area = |a: usize, b: usize, c: usize| 0.5 * (line[b] - line[a]).perp_dot(line[c] - line[a]).abs();
     let mut before: Vec<usize> = (0..count).map(|index| index.saturating_sub(1)).collect();
     let mut after: Vec<usize> = (1..=count).collect();
     let inner =
@@ -67,18 +66,17 @@ impl PartialOrd for Least {
 
 /// Rounds the corners of a line: the result goes through the middles of the segments and bends around the points. A
 /// ring stays a ring.
-pub(super) fn smooth(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+pub(super) fn smooth(line: &[DVec2]) -> Vec<DVec2> {
     let count = line.len();
     if count < 3 {
         return line.to_vec();
     }
-    let middle = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|axis| (a[axis] + b[axis]) * 0.5);
     let is_ring = line[0] == line[count - 1];
-    let mut points = vec![if is_ring { middle(line[0], line[1]) } else { line[0] }];
+    let mut points = vec![if is_ring { line[0].midpoint(line[1]) } else { line[0] }];
     for index in 1..count - 1 {
         let from = points[points.len() - 1];
         let is_last = index == count - 2 && !is_ring;
-        let to = if is_last { line[count - 1] } else { middle(line[index], line[index + 1]) };
+        let to = if is_last { line[count - 1] } else { line[index].midpoint(line[index + 1]) };
         points.extend(&bend(from, line[index], to)[1..]);
     }
     if is_ring {
@@ -90,16 +88,15 @@ pub(super) fn smooth(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// Returns a parabola from one point to another, bent towards a third (the control point), in pieces that are short
 /// where it bends.
-pub(super) fn bend(from: [f64; 2], towards: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
-    let off = [0, 1].map(|axis| from[axis] - 2.0 * towards[axis] + to[axis]);
+pub(super) fn bend(from: DVec2, towards: DVec2, to: DVec2) -> Vec<DVec2> {
     // The chord of a piece is off by an eighth of `bent` over the square of the number of pieces. The number keeps this
     // below a tenth of a pixel.
-    let bent = (off[0] * off[0] + off[1] * off[1]).sqrt();
+    let bent = (from - 2.0 * towards + to).length();
     let pieces = (bent / 0.8).sqrt().ceil().clamp(1.0, 16.0);
     let at = |index: usize| {
         let t = index as f64 / pieces;
         let u = 1.0 - t;
-        [0, 1].map(|axis| u * u * from[axis] + 2.0 * u * t * towards[axis] + t * t * to[axis])
+        u * u * from + 2.0 * u * t * towards + t * t * to
     };
     (0..=pieces as usize).map(|index| if index as f64 == pieces { to } else { at(index) }).collect()
 }
@@ -110,10 +107,10 @@ mod tests {
 
     #[test]
     fn small_bends_go_and_large_ones_stay() {
-        let line: Vec<[f64; 2]> = (0..200)
+        let line: Vec<DVec2> = (0..200)
             .map(|index| {
                 let x = f64::from(index) * 0.25;
-                [x, 10.0 * (x * 0.2).sin() + 0.05 * f64::from(index % 2)]
+                DVec2::new(x, 10.0 * (x * 0.2).sin() + 0.05 * f64::from(index % 2))
             })
             .collect();
         let kept = thinned(&line, 0.4);
@@ -130,14 +127,14 @@ mod tests {
 
     #[test]
     fn a_smooth_line_keeps_its_ends_and_a_ring_closes() {
-        let line = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [20.0, 10.0]];
+        let line = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [20.0, 10.0]].map(DVec2::from);
         let smoothed = smooth(&line);
         assert_eq!((smoothed[0], smoothed[smoothed.len() - 1]), (line[0], line[3]));
-        let ring = smooth(&[[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]]);
+        let ring = smooth(&[[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]].map(DVec2::from));
         assert_eq!(ring[0], ring[ring.len() - 1]);
         for triple in smoothed.windows(3) {
-            let [a, b] = [0, 1].map(|index| [0, 1].map(|axis| triple[index + 1][axis] - triple[index][axis]));
-            let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
+            let (a, b) = (triple[1] - triple[0], triple[2] - triple[1]);
+            let turn = a.perp_dot(b).atan2(a.dot(b));
             assert!(turn.abs() < 0.7, "{turn}");
         }
     }

@@ -6,9 +6,11 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::{LineSegment, length};
+use glam::DVec2;
+
+use crate::geometry::LineSegment;
 use crate::hash;
-use crate::map::plotter::{Shape, bounds};
+use crate::map::plotter::{Shape, bounds, widened};
 use crate::map::text::{MeasuredLine, Quad};
 
 /// Distance in metres between two places for houses along a road.
@@ -33,7 +35,7 @@ pub(super) const REACH_M: f64 = 70.0;
 /// A settlement, with what its houses depend on.
 pub(super) struct Town {
     /// Position in pixels.
-    pub at: [f64; 2],
+    pub at: DVec2,
     pub population: u32,
 }
 
@@ -44,15 +46,14 @@ struct HousePlot {
 }
 
 /// Returns the houses along roads, each road given by its number and its whole line in pixels.
-pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_pixel: f64) -> Vec<Shape> {
+pub(super) fn houses(roads: &[(u64, Vec<DVec2>)], towns: &[Town], metres_per_pixel: f64) -> Vec<Shape> {
     let px = |metres: f64| metres / metres_per_pixel;
     let radius = |town: &Town| px((RADIUS_M * f64::from(town.population).sqrt()).min(MOST_M));
     let mut places = Vec::new();
     for (number, road) in roads {
         let [west, north, east, south] = bounds(road.iter());
         let is_near = |town: &&Town| {
-            let [x, y] = town.at;
-            let reach = radius(town);
+            let (DVec2 { x, y }, reach) = (town.at, radius(town));
             x + reach >= west && x - reach <= east && y + reach >= north && y - reach <= south
         };
         let near: Vec<&Town> = towns.iter().filter(is_near).collect();
@@ -60,21 +61,21 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
         let count = (measured.length() / px(APART_M)) as i64;
         for step in 1..count {
             let middle = measured.place(step as f64 * px(APART_M));
-            let off = |town: &&Town| length([town.at[0] - middle[0], town.at[1] - middle[1]]) / radius(town);
+            let off = |town: &&Town| town.at.distance(middle) / radius(town);
             let share = near.iter().map(|town| 1.0 - off(town)).fold(f64::NEG_INFINITY, f64::max);
             if share <= 0.0 {
                 continue;
             }
             let before = measured.place((step as f64 - 0.5) * px(APART_M));
             let after = measured.place((step as f64 + 0.5) * px(APART_M));
-            let way = [after[0] - before[0], after[1] - before[1]];
-            let long = length(way);
+            let way: DVec2 = after - before;
+            let long = way.length();
             if long < 0.5 * px(APART_M) {
                 continue;
             }
-            let along = way.map(|axis| axis / long);
+            let along = way / long;
             for side in [-1, 1] {
-                let chance = hash::mix(hash::mix(*number) ^ (2 * step + i64::from(side > 0)) as u64);
+                let chance = hash::of([*number, (2 * step + i64::from(side > 0)) as u64]);
                 let part = |by: u32| ((chance >> by) & 0xFFF) as f64 / 4096.0;
                 if part(0) > FULL * share.min(0.6) / 0.6 {
                     continue;
@@ -82,10 +83,8 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
                 let between = |[from, to]: [f64; 2], share: f64| px(from + (to - from) * share);
                 let (wide, deep) = (between(LONG_M, part(12)), between(DEEP_M, part(24)));
                 let away = f64::from(side) * (px(SETBACK_M) + 0.5 * deep + px(4.0) * part(36));
-                let corner = |u: f64, v: f64| {
-                    let (u, v) = (u * 0.5 * wide, away + v * 0.5 * deep);
-                    [middle[0] + along[0] * u - along[1] * v, middle[1] + along[1] * u + along[0] * v]
-                };
+                let corner =
+                    |u: f64, v: f64| middle + along * (u * 0.5 * wide) + along.perp() * (away + v * 0.5 * deep);
                 let quad = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 places.push(HousePlot { order: (*number, 2 * step + i64::from(side > 0)), quad });
             }
@@ -93,35 +92,27 @@ pub(super) fn houses(roads: &[(u64, Vec<[f64; 2]>)], towns: &[Town], metres_per_
     }
     let clear = px(SETBACK_M - 3.0);
     let apart = px(LONG_M[1] + 1.0);
-    let middle = |quad: &Quad| [0, 1].map(|axis| quad.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0);
-    let square = |[x, y]: [f64; 2], half: f64| [x - half, y - half, x + half, y + half];
-    let near_places =
-        SpatialHash::new(places.iter().map(|place| (square(middle(&place.quad), apart), place)), px(60.0));
-    let segments = roads.iter().flat_map(|(_, road)| road.windows(2)).map(|pair| {
-        let [west, north, east, south] = bounds(pair.iter());
-        ([west - clear, north - clear, east + clear, south + clear], LineSegment::between(pair[0], pair[1]))
-    });
+    let middle = |quad: &Quad| quad.iter().sum::<DVec2>() / 4.0;
+    let around = |place: &HousePlot| widened(bounds([middle(&place.quad)].iter()), apart);
+    let near_places = SpatialHash::new(places.iter().map(|place| (around(place), place)), px(60.0));
+    let segments = roads
+        .iter()
+        .flat_map(|(_, road)| road.windows(2))
+        .map(|pair| (widened(bounds(pair.iter()), clear), LineSegment::between(pair[0].into(), pair[1].into())));
     let near_roads = SpatialHash::new(segments, px(60.0));
     // Of places that touch, only the first may have a house, even if it then has none: so a house depends on near
     // places alone.
     let is_first = |place: &&HousePlot| {
         let at = middle(&place.quad);
-        near_places.at(at).iter().all(|other| {
-            let [x, y] = middle(&other.quad);
-            other.order >= place.order || length([x - at[0], y - at[1]]) > apart
-        })
+        let is_apart = |other: &&HousePlot| other.order >= place.order || middle(&other.quad).distance(at) > apart;
+        near_places.at(at).iter().all(is_apart)
     };
     let is_clear = |place: &&HousePlot| {
         let at = middle(&place.quad);
-        near_roads.at(at).iter().all(|segment| segment.distance(at) > clear)
+        near_roads.at(at).iter().all(|segment| segment.distance(at.into()) > clear)
     };
-    let standing = places.iter().filter(is_first).filter(is_clear);
-    standing
-        .map(|place| {
-            let [a, b, c, d] = place.quad;
-            Shape::new(vec![vec![a, b, c, d, a]])
-        })
-        .collect()
+    let shape = |HousePlot { quad: [a, b, c, d], .. }: &HousePlot| Shape::new(vec![vec![*a, *b, *c, *d, *a]]);
+    places.iter().filter(is_first).filter(is_clear).map(shape).collect()
 }
 
 /// Items by the squares of a lattice that their bounding boxes meet.
@@ -144,7 +135,7 @@ impl<T: Copy> SpatialHash<T> {
     }
 
     /// Returns all items that reach into the square of a place.
-    fn at(&self, place: [f64; 2]) -> &[T] {
-        self.squares.get(&place.map(|at| (at / self.side).floor() as i64)).map_or(&[], Vec::as_slice)
+    fn at(&self, place: DVec2) -> &[T] {
+        self.squares.get(&(place / self.side).floor().to_array().map(|at| at as i64)).map_or(&[], Vec::as_slice)
     }
 }

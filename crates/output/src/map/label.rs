@@ -6,12 +6,15 @@
 //! names a continent away, through a chain of overlapping names. So the chain is cut after a few links, and what a
 //! sheet shows depends only on what lies within [`pad_px`] of the sheet.
 
-use crate::geometry::{come_along, dot, length};
-use crate::hash;
-use crate::map::text::{MeasuredLine, Quad, Shaped};
 use std::cmp::Reverse;
 use std::collections::HashSet;
 use std::ops::Range;
+
+use glam::{DVec2, dvec2};
+
+use crate::hash;
+use crate::map::plotter::{bounds, widened};
+use crate::map::text::{MeasuredLine, Quad, Shaped, length};
 
 /// Order of precedence of a candidate. The candidates of one feature differ only in their place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,17 +202,15 @@ fn rivals<T>(candidates: &[Candidate<T>], obstacles: &[Quad], margin_px: f64) ->
 struct OwnedBox {
     owner: Option<usize>,
     quad: Quad,
-    /// Smallest and largest coordinates of the box, widened by half a margin.
-    least: [f64; 2],
-    greatest: [f64; 2],
+    /// North-western and south-eastern corner of the bounding box, widened by half a margin.
+    least: DVec2,
+    greatest: DVec2,
 }
 
 impl OwnedBox {
     fn new(owner: Option<usize>, quad: Quad, margin_px: f64) -> OwnedBox {
-        let half = 0.5 * margin_px;
-        let least = [0, 1].map(|axis| quad.iter().map(|corner| corner[axis]).fold(f64::MAX, f64::min) - half);
-        let greatest = [0, 1].map(|axis| quad.iter().map(|corner| corner[axis]).fold(f64::MIN, f64::max) + half);
-        OwnedBox { owner, quad, least, greatest }
+        let [west, north, east, south] = widened(bounds(quad.iter()), 0.5 * margin_px);
+        OwnedBox { owner, quad, least: dvec2(west, north), greatest: dvec2(east, south) }
     }
 }
 
@@ -217,9 +218,9 @@ impl OwnedBox {
 fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)) {
     // Grid cells are about as large as a box: most boxes lie in few cells, and most cells hold few boxes. The cell size
     // does not change which pairs are found.
-    let extent = |one: &OwnedBox| one.greatest[0] - one.least[0] + one.greatest[1] - one.least[1];
+    let extent = |one: &OwnedBox| one.greatest.x - one.least.x + one.greatest.y - one.least.y;
     let cell_px = (boxes.iter().map(extent).sum::<f64>() / (2.0 * boxes.len() as f64)).max(1.0);
-    let cell = |place: [f64; 2]| place.map(|axis| (axis / cell_px).floor() as i64);
+    let cell = |place: DVec2| (place / cell_px).to_array().map(|axis| axis.floor() as i64);
     let mut entries = Vec::with_capacity(4 * boxes.len());
     for (index, one) in boxes.iter().enumerate() {
         let (from, to) = (cell(one.least), cell(one.greatest));
@@ -230,11 +231,10 @@ fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)
         for (ahead, (here, index)) in group.iter().enumerate() {
             let one = &boxes[*index];
             for other in group[..ahead].iter().map(|(_, index)| &boxes[*index]) {
-                let from = [0, 1].map(|axis| one.least[axis].max(other.least[axis]));
-                let to = [0, 1].map(|axis| one.greatest[axis].min(other.greatest[axis]));
+                let (from, to) = (one.least.max(other.least), one.greatest.min(other.greatest));
                 // Two boxes may share several cells. Report them only in the cell that holds the north-western corner
                 // of their common part.
-                if from[0] <= to[0] && from[1] <= to[1] && cell(from) == *here {
+                if from.cmple(to).all() && cell(from) == *here {
                     meet(one, other);
                 }
             }
@@ -247,14 +247,14 @@ fn each_near_pair(boxes: &[OwnedBox], mut meet: impl FnMut(&OwnedBox, &OwnedBox)
 /// Based on: the separating axis theorem. Convex shapes that are apart are also apart along the normal of one of their
 /// sides, and a box has two such normals.
 pub fn overlap(a: &Quad, b: &Quad, margin_px: f64) -> bool {
-    let apart = |[from, to]: [[f64; 2]; 2]| {
-        let normal = [to[1] - from[1], from[0] - to[0]];
+    let apart = |[from, to]: [DVec2; 2]| {
+        let normal = (from - to).perp();
         let range = |quad: &Quad| {
-            let places = quad.map(|corner| dot(corner, normal));
+            let places = quad.map(|corner| corner.dot(normal));
             (places.into_iter().fold(f64::MAX, f64::min), places.into_iter().fold(f64::MIN, f64::max))
         };
         let ((a_least, a_greatest), (b_least, b_greatest)) = (range(a), range(b));
-        (b_least - a_greatest).max(a_least - b_greatest) > margin_px * length(normal)
+        (b_least - a_greatest).max(a_least - b_greatest) > margin_px * normal.length()
     };
     let sides = |quad: &Quad| [[quad[0], quad[1]], [quad[1], quad[2]]];
     !sides(a).into_iter().chain(sides(b)).any(apart)
@@ -266,7 +266,7 @@ pub fn overlap(a: &Quad, b: &Quad, margin_px: f64) -> bool {
 /// `radius_px` is the radius of the symbol and of the clear space around it; no ink of the name comes nearer.
 ///
 /// Based on: the order of Yoeli (The Logic of Automated Map Lettering, 1972), from the most to the least legible.
-pub fn around_point([x, y]: [f64; 2], radius_px: f64, name: &Shaped) -> [[f64; 2]; 8] {
+pub fn around_point(DVec2 { x, y }: DVec2, radius_px: f64, name: &Shaped) -> [DVec2; 8] {
     let [left, top, right, bottom] = name.ink;
     // A name diagonally above or below touches the circle with a corner.
     let corner = radius_px * 0.5f64.sqrt();
@@ -284,6 +284,7 @@ pub fn around_point([x, y]: [f64; 2], radius_px: f64, name: &Shaped) -> [[f64; 2
         [middle, y - radius_px - bottom],
         [middle, y + radius_px - top],
     ]
+    .map(DVec2::from)
 }
 
 /// A part of a line along which a name can be set.
@@ -294,7 +295,7 @@ pub struct LabelPath {
     /// Number of the place among the places of the repetition: 0 is the best.
     pub place: u32,
     /// The part of the line, smoothed, from left to right.
-    pub line: Vec<[f64; 2]>,
+    pub line: Vec<DVec2>,
     /// Distance along the part at which the name begins.
     pub start: f64,
 }
@@ -314,7 +315,7 @@ const BEND_A_SHIFT: f64 = 0.03;
 /// Bends shorter than about four times `smooth_px`, roughly the size of the letters, are smoothed away. The places
 /// depend on the whole line, so give the whole line and not only the part that a sheet shows. All places of a
 /// repetition lie within three widths of the name and twice `smooth_px`.
-pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f64) -> Vec<LabelPath> {
+pub fn along_line(line: &[DVec2], width_px: f64, repeat_px: f64, smooth_px: f64) -> Vec<LabelPath> {
     // Smooth twice: at first, small wiggles make the line longer than it looks, so that steps along it are shorter on
     // the map.
     let smoothed = smooth(&smooth(line, smooth_px), smooth_px);
@@ -331,7 +332,7 @@ pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f
         let middle = measured.length() * (f64::from(repetition) + 0.5) / count;
         let shifts = SHIFTS.map(|shift| (shift, middle + shift * width_px));
         let fitting = shifts.into_iter().filter(|(_, middle)| (first..=last).contains(middle));
-        let mut choices: Vec<(f64, Vec<[f64; 2]>)> = fitting
+        let mut choices: Vec<(f64, Vec<DVec2>)> = fitting
             .map(|(shift, middle)| {
                 let part = part(&measured, middle - half, middle + half);
                 (bend(&part) + BEND_A_SHIFT * shift.abs(), part)
@@ -341,7 +342,7 @@ pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f
         choices.sort_by(|a, b| a.0.total_cmp(&b.0));
         places.extend((0..).zip(choices).map(|(place, (_, part))| {
             let line = left_to_right(part);
-            let start = 0.5 * (come_along(&line)[line.len() - 1] - width_px);
+            let start = 0.5 * (length(&line) - width_px);
             LabelPath { repetition, place, line, start }
         }));
     }
@@ -349,7 +350,7 @@ pub fn along_line(line: &[[f64; 2]], width_px: f64, repeat_px: f64, smooth_px: f
 }
 
 /// Returns a line without its short bends, through evenly spaced places. The ends stay in place.
-fn smooth(line: &[[f64; 2]], smooth_px: f64) -> Vec<[f64; 2]> {
+fn smooth(line: &[DVec2], smooth_px: f64) -> Vec<DVec2> {
     let Some(measured) = MeasuredLine::new(line) else { return Vec::new() };
     // Eight averages of three neighbours, weighted 1, 2, 1, approximate a Gaussian with a standard deviation of two
     // steps.
@@ -358,7 +359,7 @@ fn smooth(line: &[[f64; 2]], smooth_px: f64) -> Vec<[f64; 2]> {
     let mut places: Vec<_> =
         (0..=steps).map(|step| measured.place(measured.length() * step as f64 / steps as f64)).collect();
     for _ in 0..MEANS {
-        let mean = |three: &[[f64; 2]]| [0, 1].map(|i| 0.25 * (three[0][i] + three[2][i]) + 0.5 * three[1][i]);
+        let mean = |three: &[DVec2]| 0.25 * (three[0] + three[2]) + 0.5 * three[1];
         let inner: Vec<_> = places.windows(3).map(mean).collect();
         places[1..steps].copy_from_slice(&inner);
     }
@@ -366,7 +367,7 @@ fn smooth(line: &[[f64; 2]], smooth_px: f64) -> Vec<[f64; 2]> {
 }
 
 /// The part of a line between two distances along it.
-fn part(measured: &MeasuredLine, from: f64, to: f64) -> Vec<[f64; 2]> {
+fn part(measured: &MeasuredLine, from: f64, to: f64) -> Vec<DVec2> {
     let mut part = vec![measured.place(from)];
     part.extend(measured.between(from, to));
     part.push(measured.place(to));
@@ -374,19 +375,17 @@ fn part(measured: &MeasuredLine, from: f64, to: f64) -> Vec<[f64; 2]> {
 }
 
 /// Share of a line's length by which the line is longer than the straight way between its ends: 0 for a straight line.
-fn bend(line: &[[f64; 2]]) -> f64 {
-    let [from, to] = [line[0], line[line.len() - 1]];
-    1.0 - length([to[0] - from[0], to[1] - from[1]]) / come_along(line)[line.len() - 1]
+fn bend(line: &[DVec2]) -> f64 {
+    1.0 - line[0].distance(line[line.len() - 1]) / length(line)
 }
 
 /// Turns a line so that it leads from left to right, or upwards if it is steep.
-fn left_to_right(mut line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+fn left_to_right(mut line: Vec<DVec2>) -> Vec<DVec2> {
     // Cosine of about 80 degrees, from which on a line counts as steep.
     const STEEP: f64 = 0.17;
-    let [from, to] = [line[0], line[line.len() - 1]];
-    let way = [to[0] - from[0], to[1] - from[1]];
-    let steep = way[0].abs() < STEEP * length(way);
-    if if steep { way[1] > 0.0 } else { way[0] < 0.0 } {
+    let way = line[line.len() - 1] - line[0];
+    let steep = way.x.abs() < STEEP * way.length();
+    if if steep { way.y > 0.0 } else { way.x < 0.0 } {
         line.reverse();
     }
     line
@@ -397,9 +396,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::geometry::cross;
     use crate::map::font::Face;
-    use crate::map::plotter::bounds;
     use crate::map::text::shape;
 
     const MARGIN_PX: f64 = 2.0;
@@ -410,14 +407,14 @@ mod tests {
     }
 
     /// Candidates for the names of `count` towns at random points in a square.
-    fn towns(count: u64, side_px: f64) -> Vec<Candidate<[f64; 2]>> {
+    fn towns(count: u64, side_px: f64) -> Vec<Candidate<DVec2>> {
         let names = ["Au", "Sarnbruck", "Monte Castellone", "Holm"];
         let sizes = [12.0, 18.0, 26.0];
         let shaped = names.map(|name| sizes.map(|size| shape(name, Face::Regular, size, 0.0)));
         let town = |feature: u64| {
             let class = (3.0 * chance(feature, 0).sqrt()) as usize;
             let name = &shaped[(4.0 * chance(feature, 1)) as usize][2 - class];
-            let at = [side_px * chance(feature, 2), side_px * chance(feature, 3)];
+            let at = side_px * dvec2(chance(feature, 2), chance(feature, 3));
             let weight = (4.0 * chance(feature, 4)) as u64;
             (0..).zip(around_point(at, 5.0, name)).map(move |(place, start)| Candidate {
                 rank: Rank { class: class as u32, weight, feature, place },
@@ -432,18 +429,19 @@ mod tests {
         candidate.boxes.iter().any(|quad| overlap(quad, window, 0.0))
     }
 
-    fn square([x, y]: [f64; 2], side: f64) -> Quad {
-        [[x, y], [x + side, y], [x + side, y + side], [x, y + side]]
+    fn square(at: impl Into<DVec2>, side: f64) -> Quad {
+        let at = at.into();
+        [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|corner| at + side * corner)
     }
 
     /// Largest extent of any feature with all its candidates.
-    fn longest(candidates: &[Candidate<[f64; 2]>]) -> f64 {
-        let corners = |feature: &[Candidate<[f64; 2]>]| -> Vec<_> {
+    fn longest(candidates: &[Candidate<DVec2>]) -> f64 {
+        let corners = |feature: &[Candidate<DVec2>]| -> Vec<_> {
             feature.iter().flat_map(|candidate| candidate.boxes.iter().flatten().copied()).collect()
         };
-        let extent = |feature: &[Candidate<[f64; 2]>]| {
+        let extent = |feature: &[Candidate<DVec2>]| {
             let corners = corners(feature);
-            let away = |a: &[f64; 2]| corners.iter().map(|b| length([a[0] - b[0], a[1] - b[1]])).fold(0.0, f64::max);
+            let away = |a: &DVec2| corners.iter().map(|b| a.distance(*b)).fold(0.0, f64::max);
             corners.iter().map(away).fold(0.0, f64::max)
         };
         candidates.chunk_by(|a, b| a.rank.feature == b.rank.feature).map(extent).fold(0.0, f64::max)
@@ -460,7 +458,7 @@ mod tests {
             let near = near.filter(|feature| feature.iter().any(|one| touches(one, &padded))).flatten().cloned();
             let near: Vec<_> = near.collect();
             assert!(near.len() > 5_000 && near.len() < all.len(), "{}", near.len());
-            let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
+            let in_core = |shown: &[Candidate<DVec2>]| -> Vec<_> {
                 shown.iter().filter(|one| touches(one, &core)).cloned().collect()
             };
             let shown = in_core(&place(near, &[], MARGIN_PX));
@@ -475,8 +473,8 @@ mod tests {
         let whole = place(all.clone(), &[], MARGIN_PX);
         let longest = longest(&all);
         let reach = longest + MARGIN_PX;
-        let features: Vec<&[Candidate<[f64; 2]>]> = all.chunk_by(|a, b| a.rank.feature == b.rank.feature).collect();
-        let edges = |feature: &&[Candidate<[f64; 2]>]| bounds(feature.iter().flat_map(|one| &one.boxes).flatten());
+        let features: Vec<&[Candidate<DVec2>]> = all.chunk_by(|a, b| a.rank.feature == b.rank.feature).collect();
+        let edges = |feature: &&[Candidate<DVec2>]| bounds(feature.iter().flat_map(|one| &one.boxes).flatten());
         let edges: Vec<[f64; 4]> = features.iter().map(edges).collect();
         // Numbers of the features of which a candidate touches a square.
         let near = |square: &Quad| -> Vec<usize> {
@@ -485,13 +483,13 @@ mod tests {
             let touching = |number: &usize| features[*number].iter().any(|one| touches(one, square));
             (0..features.len()).filter(|number| may_touch(edges[*number])).filter(touching).collect()
         };
-        let of = |numbers: &BTreeSet<usize>| -> Vec<Candidate<[f64; 2]>> {
+        let of = |numbers: &BTreeSet<usize>| -> Vec<Candidate<DVec2>> {
             numbers.iter().flat_map(|number| features[*number]).cloned().collect()
         };
         for window in 0..12 {
             let start = [2, 3].map(|what| 1_000.0 + 9_500.0 * chance(window, what));
             let core = square(start, 300.0);
-            let in_core = |shown: &[Candidate<[f64; 2]>]| -> Vec<_> {
+            let in_core = |shown: &[Candidate<DVec2>]| -> Vec<_> {
                 shown.iter().filter(|one| touches(one, &core)).cloned().collect()
             };
             let first = square(start.map(|axis| axis - reach), 300.0 + 2.0 * reach);
@@ -502,8 +500,7 @@ mod tests {
                 let concerned = concerned(&mut known, &[], MARGIN_PX, |one| touches(one, &core));
                 for candidate in concerned.into_iter().map(|index| &known[index]) {
                     if looked_at.insert((candidate.rank.feature, candidate.rank.place)) {
-                        let [x, y] = candidate.boxes[0][0];
-                        numbers.extend(near(&square([x - reach, y - reach], 2.0 * reach + longest)));
+                        numbers.extend(near(&square(candidate.boxes[0][0] - reach, 2.0 * reach + longest)));
                     }
                 }
                 if of(&numbers).len() == known.len() {
@@ -549,7 +546,7 @@ mod tests {
         let obstacles: Vec<_> =
             (0..200).map(|index| square([chance(index, 7), chance(index, 8)].map(|at| at * 4_000.0), 9.0)).collect();
         let shown = place(all.clone(), &obstacles, MARGIN_PX);
-        let conflict = |one: &Candidate<[f64; 2]>, other: &Candidate<[f64; 2]>| {
+        let conflict = |one: &Candidate<DVec2>, other: &Candidate<DVec2>| {
             one.rank.feature == other.rank.feature || overlap(&one.boxes[0], &other.boxes[0], MARGIN_PX)
         };
         for (index, one) in shown.iter().enumerate() {
@@ -618,7 +615,7 @@ mod tests {
 
     #[test]
     fn turned_boxes_overlap_where_their_bounds_are_not_enough() {
-        let slanted = [[0.0, 0.0], [10.0, 10.0], [9.0, 11.0], [-1.0, 1.0]];
+        let slanted = [[0.0, 0.0], [10.0, 10.0], [9.0, 11.0], [-1.0, 1.0]].map(DVec2::from);
         assert!(overlap(&slanted, &square([4.0, 5.0], 2.0), 0.0));
         assert!(!overlap(&slanted, &square([6.0, 0.0], 3.0), 0.0), "within the bounds, beside the box");
         assert!(overlap(&slanted, &square([6.0, 0.0], 3.0), 3.0));
@@ -629,7 +626,7 @@ mod tests {
     fn names_around_a_point_keep_clear_of_its_symbol() {
         let name = shape("Höglberg", Face::Semibold, 20.0, 0.0);
         let symbol = square([100.0 - 3.5, 100.0 - 3.5], 7.0);
-        let places = around_point([100.0, 100.0], 6.0, &name);
+        let places = around_point(dvec2(100.0, 100.0), 6.0, &name);
         for (index, start) in places.iter().enumerate() {
             let placed = name.at(*start, 0.0);
             assert!(!overlap(&placed.boxes[0], &symbol, 0.0), "place {index}");
@@ -640,11 +637,11 @@ mod tests {
     }
 
     /// A meandering river that flows in the direction `way`.
-    fn river(way: [f64; 2]) -> Vec<[f64; 2]> {
+    fn river(way: DVec2) -> Vec<DVec2> {
         let at = |step: i32| {
             let (far, aside) =
                 (f64::from(step) * 4.0, 14.0 * libm::sin(f64::from(step) * 0.21) + 2.0 * chance(step as u64, 0));
-            [500.0 + way[0] * far - way[1] * aside, 500.0 + way[1] * far + way[0] * aside]
+            500.0 + way * far + way.perp() * aside
         };
         (0..600).map(at).collect()
     }
@@ -652,7 +649,7 @@ mod tests {
     #[test]
     fn names_along_a_line_read_from_left_to_right_and_can_be_set() {
         let name = shape("Steinach", Face::Italic, 16.0, 0.15);
-        for way in [[1.0, 0.0], [-1.0, 0.0], [0.6, 0.8], [-0.8, 0.6], [0.0, 1.0], [0.0, -1.0]] {
+        for way in [[1.0, 0.0], [-1.0, 0.0], [0.6, 0.8], [-0.8, 0.6], [0.0, 1.0], [0.0, -1.0]].map(DVec2::from) {
             let places = along_line(&river(way), name.width, 700.0, 16.0);
             let repetitions = places.iter().filter(|place| place.place == 0).count();
             assert!((3..=4).contains(&repetitions), "{repetitions}");
@@ -660,20 +657,20 @@ mod tests {
             for LabelPath { line, start, .. } in places {
                 let placed = name.along(&line, start, 3.0).expect("a gentle river has room for its name");
                 let [first, last] = [&placed.glyphs[0], &placed.glyphs[7]].map(|glyph| glyph.at);
-                let leads = [last[0] - first[0], last[1] - first[1]];
-                assert!(leads[0] > 0.0 || leads[1] < 0.0, "{way:?}: {leads:?}");
-                assert!(cross(way, leads).abs() < 0.5 * length(leads), "{way:?}: {leads:?}");
+                let leads = last - first;
+                assert!(leads.x > 0.0 || leads.y < 0.0, "{way:?}: {leads:?}");
+                assert!(way.perp_dot(leads).abs() < 0.5 * leads.length(), "{way:?}: {leads:?}");
             }
         }
     }
 
     #[test]
     fn a_line_turned_around_has_its_names_in_the_same_places() {
-        let mut line = river([0.8, 0.6]);
-        let ends = |line: &[[f64; 2]]| -> Vec<_> {
+        let mut line = river(dvec2(0.8, 0.6));
+        let ends = |line: &[DVec2]| -> Vec<_> {
             let mut ends: Vec<_> =
-                along_line(line, 120.0, 700.0, 16.0).iter().map(|place| place.line[0].map(f64::round)).collect();
-            ends.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                along_line(line, 120.0, 700.0, 16.0).iter().map(|place| place.line[0].round()).collect();
+            ends.sort_by(|a, b| a.x.total_cmp(&b.x));
             ends
         };
         let before = ends(&line);
@@ -685,7 +682,7 @@ mod tests {
     fn the_straight_part_of_a_line_comes_first() {
         // Straight in the right half, wavy in the left half.
         let wave = |x: f64| if x < 300.0 { 30.0 * libm::sin(x * 0.05) } else { 0.0 };
-        let line: Vec<_> = (0..=120).map(|step| f64::from(step) * 5.0).map(|x| [x, wave(x)]).collect();
+        let line: Vec<_> = (0..=120).map(|step| f64::from(step) * 5.0).map(|x| dvec2(x, wave(x))).collect();
         let places = along_line(&line, 150.0, 10_000.0, 10.0);
         let middle = |place: &LabelPath| place.line[place.line.len() / 2][0];
         assert!(middle(&places[0]) > 350.0, "{}", middle(&places[0]));
@@ -694,8 +691,8 @@ mod tests {
 
     #[test]
     fn a_short_line_has_no_place_for_a_name() {
-        assert_eq!(along_line(&[[0.0, 0.0], [100.0, 0.0]], 90.0, 500.0, 10.0), []);
-        assert_eq!(along_line(&[[0.0, 0.0], [110.0, 0.0]], 90.0, 500.0, 10.0).len(), 1);
+        assert_eq!(along_line(&[DVec2::ZERO, dvec2(100.0, 0.0)], 90.0, 500.0, 10.0), []);
+        assert_eq!(along_line(&[DVec2::ZERO, dvec2(110.0, 0.0)], 90.0, 500.0, 10.0).len(), 1);
         assert_eq!(along_line(&[], 90.0, 500.0, 10.0), []);
     }
 }

@@ -19,7 +19,7 @@ const SINE: f32 = 0.866_025_4;
 const TURNED: f32 = 0.12;
 
 /// Least rise of a shore within a pixel, in metres. Flatter shores get a harder edge than they could have.
-const LEAST_RISE_M: f32 = 0.02;
+pub(super) const LEAST_RISE_M: f32 = 0.02;
 
 /// The parameters of the light, from a style and a scale.
 #[derive(Clone, Debug)]

@@ -2,22 +2,22 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::area::Area;
 use crate::features::sites::SiteFeature;
-use crate::geometry::{come_along, length};
-use crate::hash;
+use crate::hash::{self, LabelDraw};
 use crate::map::drawing::{Drawing, NamedRiver};
 use crate::map::frame::MapFrame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
-use crate::map::plotter::bounds;
+use crate::map::plotter::{bounds, widened};
 use crate::map::ranges::CoarseLand;
 use crate::map::scale::Scale;
-use crate::map::style::{LabelStyle, Style};
+use crate::map::style::{Colour, LabelStyle, LabelsStyle, Style};
 use crate::map::summits::Summit;
 use crate::map::symbols;
-use crate::map::text::{Placed, Quad, Shaped, shape};
+use crate::map::text::{Placed, Quad, Shaped, length, shape};
 use crate::places::site::SiteClass;
 
 /// Largest extent of all places of a name together, in millimetres of paper. Places of a longer name that would exceed
@@ -51,23 +51,26 @@ const VALLEY_REPEAT_MM: f64 = 200.0;
 const MOST_VILLAGES: f64 = 400_000.0;
 const MOST_HAMLETS: f64 = 130_000.0;
 
-/// A label: the texts that a map shows for one feature.
+/// A label: the text that a map shows for one feature.
 #[derive(Clone, Debug)]
 pub(super) struct Writing {
-    pub texts: Vec<Placed>,
-    pub style: LabelStyle,
-    /// Middle of the triangle that marks a peak; none for other features.
-    pub peak: Option<[f64; 2]>,
+    pub text: Placed,
+    pub colour: Colour,
     /// Kind of the feature, its name (empty if it has none), and its position in pixels.
     pub kind: &'static str,
     pub name: String,
-    pub at: [f64; 2],
+    pub at: DVec2,
 }
 
 impl Writing {
-    /// Returns the boxes that the texts cover.
+    /// Returns the boxes that the text covers.
     pub fn boxes(&self) -> impl Iterator<Item = Quad> {
-        self.texts.iter().flat_map(|text| text.boxes.iter().copied())
+        self.text.boxes.iter().copied()
+    }
+
+    /// True if the feature is a peak, which a triangle marks.
+    pub fn is_peak(&self) -> bool {
+        self.kind == PEAK
     }
 }
 
@@ -116,8 +119,7 @@ pub(super) fn write(
     let reach = scale.pixels(LONGEST_MM + BESIDE_MM) + margin;
     let side = scale.pixels(CELL_MM).ceil() as i64;
     let [mut sites, mut summits] = [KnownSquares::new(side), KnownSquares::new(side)];
-    let [west, north, east, south] = [visible.x0, visible.y0, visible.x1, visible.y1].map(|at| at as f64);
-    let mut near_sites = vec![[west - reach, north - reach, east + reach, south + reach]];
+    let mut near_sites = vec![widened(visible.edges(), reach)];
     let mut near_summits = near_sites.clone();
     loop {
         let new = (sites.missing(&near_sites), summits.missing(&near_summits));
@@ -134,8 +136,7 @@ pub(super) fn write(
         let concerned = label::concerned(&mut writer.candidates, &writer.obstacles, margin, |one| is_seen(&one.boxes));
         (near_sites, near_summits) = (Vec::new(), Vec::new());
         for candidate in concerned.into_iter().map(|index| &writer.candidates[index]) {
-            let [west, north, east, south] = bounds(candidate.boxes.iter().flatten());
-            let near = [west - reach, north - reach, east + reach, south + reach];
+            let near = widened(bounds(candidate.boxes.iter().flatten()), reach);
             near_sites.push(near);
             // Peaks never displace labels of a class before theirs, so no peaks need to be known around those.
             if candidate.rank.class >= Class::Peak as u32 {
@@ -180,11 +181,11 @@ impl KnownSquares {
 fn find<T: Send>(
     squares: &[Area],
     find: &(dyn Fn(Area) -> Vec<T> + Sync),
-    place: impl Fn(&T) -> [f64; 2] + Sync,
+    place: impl Fn(&T) -> DVec2 + Sync,
 ) -> Vec<T> {
     let of_square = |square: &Area| {
         let is_within = |thing: &T| {
-            let [x, y] = place(thing).map(|at| at.floor() as i64);
+            let [x, y] = place(thing).to_array().map(|at| at.floor() as i64);
             square.contains(&Area::new(x, y, 1, 1))
         };
         find(*square).into_iter().filter(is_within).collect::<Vec<T>>()
@@ -200,8 +201,11 @@ struct Writer<'a> {
     obstacles: Vec<Quad>,
 }
 
+/// Kind of peaks.
+const PEAK: &str = "peak";
+
 /// Classes of labels in order of precedence, for where there is not room for all.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Class {
     /// Ranges lie so far apart that their names never meet. A range makes room only for symbols, and all other names
     /// make room for the range.
@@ -215,12 +219,21 @@ enum Class {
     Hamlet,
 }
 
-/// Kind of a name that is written along rivers: of the river itself or of its valley.
-struct RiverNameKind {
-    class: Class,
-    name: &'static str,
-    /// Number that keeps the features of this kind apart from those of all others.
-    number: i64,
+impl Class {
+    /// Returns the kind of the features, the style of their names, and their use of chance.
+    fn of(self, labels: &LabelsStyle) -> (&'static str, LabelStyle, LabelDraw) {
+        let [town, village, hamlet] = labels.places;
+        match self {
+            Class::Range => ("range", labels.range, LabelDraw::Range),
+            Class::Town => (SiteClass::Town.name(), town, LabelDraw::Site),
+            Class::Lake => ("lake", labels.lake, LabelDraw::Lake),
+            Class::Village => (SiteClass::Village.name(), village, LabelDraw::Site),
+            Class::River => ("river", labels.river, LabelDraw::River),
+            Class::Peak => (PEAK, labels.peak, LabelDraw::Peak),
+            Class::Valley => ("valley", labels.valley, LabelDraw::Valley),
+            Class::Hamlet => (SiteClass::Hamlet.name(), hamlet, LabelDraw::Site),
+        }
+    }
 }
 
 impl Writer<'_> {
@@ -245,44 +258,43 @@ impl Writer<'_> {
         });
     }
 
-    fn shaped(&self, text: &str, style: &LabelStyle) -> Shaped {
-        shape(
-            text,
-            self.style.labels.typeface(style.face),
-            self.scale.pixels(style.size_mm) as f32,
-            style.spacing as f32,
-        )
+    fn shaped(&self, text: &str, class: Class) -> Shaped {
+        let (_, style, _) = class.of(&self.style.labels);
+        let typeface = self.style.labels.typeface(style.face);
+        shape(text, typeface, self.scale.pixels(style.size_mm) as f32, style.spacing as f32)
     }
 
-    fn push(&mut self, class: Class, (weight, feature, place): (u64, u64, u32), item: Writing) {
+    /// Adds a place for the label of a feature: its text there, the feature's name, and the feature's position. The
+    /// feature is known by its class and `id`; the numbers are its weight and the number of the place.
+    fn push(&mut self, class: Class, id: &[u64], (weight, place): (u64, u32), (text, name, at): (Placed, &str, DVec2)) {
+        let (kind, style, draw) = class.of(&self.style.labels);
+        let item = Writing { text, colour: style.colour, kind, name: name.to_owned(), at };
         // The triangle of a peak is shown only together with the peak's label.
-        let mark = item.peak.map(|at| square(at, symbols::peak_px(self.scale)));
+        let mark = item.is_peak().then(|| square(at, symbols::peak_px(self.scale)));
         let mut boxes: Vec<Quad> = item.boxes().chain(mark).collect();
-        if matches!(class, Class::Range) {
+        if class == Class::Range {
             // The gaps between the letters of a range also stay free of other labels.
             let gaps: Vec<Quad> = boxes.windows(2).map(|pair| between(&pair[0], &pair[1])).collect();
             boxes.extend(gaps);
         }
         // A place where the frame would cut the label is left out.
         if self.frame.is_none_or(|frame| frame.has_room(&boxes)) {
+            let feature = hash::of([draw as u64].into_iter().chain(id.iter().copied()));
             let rank = Rank { class: class as u32, weight, feature, place };
             self.candidates.push(Candidate { rank, boxes, item });
         }
     }
 
     /// True if a feature's symbol lies on the map, so that the feature can have a name.
-    fn shows(&self, at: [f64; 2]) -> bool {
+    fn shows(&self, at: DVec2) -> bool {
         self.frame.is_none_or(|frame| frame.shows(at))
     }
 
     fn write_ranges(&mut self, seen: Option<&CoarseLand<'_>>) {
-        let style = self.style.labels.range;
         for range in seen.iter().flat_map(|seen| seen.ranges()) {
-            let feature = number(&[6, range.id[0], range.id[1]]);
             for (index, placed) in (0..).zip(range.write(self.scale, &self.style.labels)) {
-                let (texts, name) = (vec![placed], range.name.clone());
-                let item = Writing { texts, style, peak: None, kind: "range", name, at: range.top };
-                self.push(Class::Range, (0, feature, index), item);
+                let id = range.id.map(|at| at as u64);
+                self.push(Class::Range, &id, (0, index), (placed, &range.name, range.top));
             }
         }
     }
@@ -295,35 +307,31 @@ impl Writer<'_> {
             if !self.shows(at) {
                 continue;
             }
-            let (class, style) = match site.class {
-                SiteClass::Town => (Class::Town, self.style.labels.places[0]),
-                SiteClass::Village => (Class::Village, self.style.labels.places[1]),
-                SiteClass::Hamlet => (Class::Hamlet, self.style.labels.places[2]),
+            let class = match site.class {
+                SiteClass::Town => Class::Town,
+                SiteClass::Village => Class::Village,
+                SiteClass::Hamlet => Class::Hamlet,
             };
-            let name = self.shaped(&site.name, &style);
-            let feature = number(&[1, site.id.i, site.id.j]);
-            let radius = radius + self.scale.pixels(0.5);
-            for (index, start) in (0..).zip(around_point(at, radius, &name)) {
-                let order = (u64::from(site.population), feature, index);
-                let (kind, name, text) = (site.class.name(), site.name.clone(), name.at(start, 0.0));
-                self.push(class, order, Writing { texts: vec![text], style, peak: None, kind, name, at });
+            let name = self.shaped(&site.name, class);
+            let id = [site.id.i, site.id.j].map(|at| at as u64);
+            for (index, start) in (0..).zip(around_point(at, radius + self.scale.pixels(0.5), &name)) {
+                let label = (name.at(start, 0.0), &site.name[..], at);
+                self.push(class, &id, (site.population.into(), index), label);
             }
         }
     }
 
     fn write_lakes(&mut self, drawing: &Drawing) {
-        let style = self.style.labels.lake;
         for lake in &drawing.lakes {
             let least_px = LEAST_LAKE_MM2 * self.scale.pixels_per_mm * self.scale.pixels_per_mm;
             let Some(text) = lake.name.as_ref().filter(|_| lake.area_px >= least_px) else { continue };
-            let name = self.shaped(text, &style);
-            let feature = number(&[2, hash_of(&lake.id) as i64]);
+            let name = self.shaped(text, Class::Lake);
             // If the frame cuts the lake, the name goes with the part that is seen.
             let seen =
                 self.frame.map(|frame| frame.part(lake.shape.bounds).map(|part| (part, lake.shape.widest(part))));
             let seen = seen.unwrap_or(Some((lake.shape.bounds, (lake.middle, lake.widest))));
             let Some(([west, north, east, south], (middle, widest))) = seen else { continue };
-            let [x, y] = middle;
+            let DVec2 { x, y } = middle;
             let mut places = Vec::new();
             // The name lies in a lake that is wide enough for it, and across a large lake. Beside a small lake there
             // are further places.
@@ -338,44 +346,30 @@ impl Writer<'_> {
                 places.push([x - 0.5 * name.width, south + gap + name.ascent * 0.7]);
                 places.push([x - 0.5 * name.width, north - gap]);
             }
-            for (index, start) in (0..).zip(places) {
-                let order = (lake.area_px as u64, feature, index);
-                let (texts, name) = (vec![name.at(start, 0.0)], text.clone());
-                let item = Writing { texts, style, peak: None, kind: "lake", name, at: middle };
-                self.push(Class::Lake, order, item);
+            for (index, start) in (0..).zip(places.into_iter().map(DVec2::from)) {
+                let label = (name.at(start, 0.0), &text[..], middle);
+                self.push(Class::Lake, &[hash_of(&lake.id)], (lake.area_px as u64, index), label);
             }
         }
     }
 
     fn write_rivers(&mut self, drawing: &Drawing, seen: Option<&CoarseLand<'_>>) {
         for river in &drawing.named {
-            let kind = RiverNameKind { class: Class::River, name: "river", number: 3 };
-            let style = self.style.labels.river;
-            self.write_along(river, &river.name, &style, kind, |_| true);
+            self.write_along(river, &river.name, Class::River, |_| true);
             // The name of a valley follows the river as the river's own name does, but further from it.
             if let Some((valley, seen)) = river.valley.as_ref().zip(seen) {
-                let kind = RiverNameKind { class: Class::Valley, name: "valley", number: 5 };
-                let style = self.style.labels.valley;
-                self.write_along(river, valley, &style, kind, |at| seen.is_valley(at));
+                self.write_along(river, valley, Class::Valley, |at| seen.is_valley(at));
             }
         }
     }
 
-    /// Adds the places of a name along a river, where it `fits`.
-    fn write_along(
-        &mut self,
-        river: &NamedRiver,
-        text: &str,
-        style: &LabelStyle,
-        RiverNameKind { class, name: kind, number: stream }: RiverNameKind,
-        fits: impl Fn([f64; 2]) -> bool,
-    ) {
-        let name = self.shaped(text, style);
-        let is_valley = matches!(class, Class::Valley);
+    /// Adds the places of the name of a river or of its valley along the river, where it `fits`.
+    fn write_along(&mut self, river: &NamedRiver, text: &str, class: Class, fits: impl Fn(DVec2) -> bool) {
+        let name = self.shaped(text, class);
         let (gap_mm, repeat_mm, smooth) =
-            if is_valley { (VALLEY_GAP_MM, VALLEY_REPEAT_MM, 2.5) } else { (0.55, REPEAT_MM, 1.0) };
+            if class == Class::Valley { (VALLEY_GAP_MM, VALLEY_REPEAT_MM, 2.5) } else { (0.55, REPEAT_MM, 1.0) };
         let lift = 0.5 * river.width + self.scale.pixels(gap_mm);
-        let smooth_px = smooth * self.scale.pixels(style.size_mm);
+        let smooth_px = smooth * self.scale.pixels(class.of(&self.style.labels).1.size_mm);
         let repeat_px = self.scale.pixels(repeat_mm);
         let parts = self.frame.map(|frame| longest_parts(frame.parts(&river.line), repeat_px));
         let parts = parts.unwrap_or_else(|| vec![river.line.clone()]);
@@ -394,20 +388,18 @@ impl Writer<'_> {
             if spot.place >= SHIFTS || !fits(at) {
                 continue;
             }
-            let feature = number(&[stream, hash_of(&river.id) as i64, i64::from(spot.repetition)]);
+            let id = [hash_of(&river.id), spot.repetition.into()];
             // Above the line first, then below it.
             for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
                 if let Some(placed) = name.along(&spot.line, spot.start, lift) {
-                    let order = ((river.discharge_m3s * 1000.0) as u64, feature, 2 * spot.place + side);
-                    let (texts, name) = (vec![placed], text.to_owned());
-                    self.push(class, order, Writing { texts, style: *style, peak: None, kind, name, at });
+                    let order = ((river.discharge_m3s * 1000.0) as u64, 2 * spot.place + side);
+                    self.push(class, &id, order, (placed, text, at));
                 }
             }
         }
     }
 
     fn write_peaks(&mut self, summits: &[Summit]) {
-        let style = self.style.labels.peak;
         for summit in summits {
             let at = self.scale.pixel(summit.at);
             if !self.shows(at) {
@@ -416,13 +408,11 @@ impl Writer<'_> {
             let radius = symbols::peak_px(self.scale);
             let height = format!("{:.0}", summit.height_m);
             let text = summit.name.as_ref().map_or(height.clone(), |name| format!("{name} {height}"));
-            let line = self.shaped(&text, &style);
-            let feature = number(&[4, summit.id[0], summit.id[1]]);
+            let line = self.shaped(&text, Class::Peak);
+            let id = summit.id.map(|at| at as u64);
             for (index, start) in (0..).zip(around_point(at, radius + self.scale.pixels(0.3), &line)) {
-                let name = summit.name.clone().unwrap_or_default();
-                let texts = vec![line.at(start, 0.0)];
-                let item = Writing { texts, style, peak: Some(at), kind: "peak", name, at };
-                self.push(Class::Peak, (summit.height_m.max(0.0) as u64, feature, index), item);
+                let label = (line.at(start, 0.0), summit.name.as_deref().unwrap_or_default(), at);
+                self.push(Class::Peak, &id, (summit.height_m.max(0.0) as u64, index), label);
             }
         }
     }
@@ -430,34 +420,26 @@ impl Writer<'_> {
 
 /// Returns the longest of the parts of a line that a map shows, which has a name if there is room, and all parts so
 /// long that a name is repeated within them.
-fn longest_parts(parts: Vec<Vec<[f64; 2]>>, repeat_px: f64) -> Vec<Vec<[f64; 2]>> {
-    let long = |part: &[[f64; 2]]| come_along(part)[part.len() - 1];
-    let longest = parts.iter().map(|part| long(part)).fold(0.0, f64::max);
-    parts.into_iter().filter(|part| long(part) >= longest.min(repeat_px)).collect()
+fn longest_parts(parts: Vec<Vec<DVec2>>, repeat_px: f64) -> Vec<Vec<DVec2>> {
+    let longest = parts.iter().map(|part| length(part)).fold(0.0, f64::max);
+    parts.into_iter().filter(|part| length(part) >= longest.min(repeat_px)).collect()
 }
 
-fn square([x, y]: [f64; 2], half: f64) -> Quad {
-    [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]]
+fn square(at: DVec2, half: f64) -> Quad {
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|corner| at + half * DVec2::from(corner))
 }
 
 /// Returns a box from the middle of one box to the middle of the next, as high as the first.
 fn between(one: &Quad, next: &Quad) -> Quad {
-    let middle = |quad: &Quad| [0, 1].map(|axis| 0.5 * (quad[0][axis] + quad[2][axis]));
-    let (from, to) = (middle(one), middle(next));
-    let half = 0.5 * length([one[3][0] - one[0][0], one[3][1] - one[0][1]]);
-    let long = length([to[0] - from[0], to[1] - from[1]]).max(1e-9);
-    let [east, south] = [0, 1].map(|axis| (to[axis] - from[axis]) / long * half);
-    [(from, 1.0), (to, 1.0), (to, -1.0), (from, -1.0)].map(|([x, y], side)| [x + side * south, y - side * east])
-}
-
-/// Hashes some numbers into one that identifies a feature.
-fn number(parts: &[i64]) -> u64 {
-    parts.iter().fold(0, |number, part| hash::mix(number ^ *part as u64))
+    let (from, to) = (one[0].midpoint(one[2]), next[0].midpoint(next[2]));
+    let half = 0.5 * one[0].distance(one[3]);
+    let aside = ((from - to) / from.distance(to).max(1e-9) * half).perp();
+    [from + aside, to + aside, to - aside, from - aside]
 }
 
 /// Returns the hash of a text.
 pub(super) fn hash_of(text: &str) -> u64 {
-    text.bytes().fold(0, |number, byte| hash::mix(number ^ u64::from(byte)))
+    hash::of(text.bytes().map(u64::from))
 }
 
 #[cfg(test)]
@@ -502,7 +484,7 @@ mod tests {
         /// Text of the label.
         text: String,
         /// Position in metres east and north.
-        at: [f64; 2],
+        at: DVec2,
     }
 
     /// Returns everything that has a label within some kilometres of a place, at eight scales.
@@ -516,13 +498,12 @@ mod tests {
             let style = "extends = \"topographic\"\n[roads]\ndraw = false";
             let style = RecipeSources::<Style>::parse("style.toml", style).unwrap().read_all().unwrap();
             let picture = Chart::of_world(&world, style, scale).picture(scale.pixels_of(bounds));
-            let within = |at: [f64; 2]| picture.area().meets([at[0], at[1], at[0], at[1]]);
-            shown.extend(picture.writings().iter().filter(|writing| within(writing.at)).map(|writing| Shown {
+            shown.extend(picture.writings().iter().filter(|writing| picture.shows(writing.at)).map(|writing| Shown {
                 denominator,
                 kind: writing.kind,
                 name: writing.name.clone(),
-                text: writing.texts[0].text.to_string(),
-                at: [writing.at[0], -writing.at[1]].map(|at| at * scale.metres_per_pixel),
+                text: writing.text.text.to_string(),
+                at: writing.at * DVec2::new(1.0, -1.0) * scale.metres_per_pixel,
             }));
         }
         (world, shown)
@@ -538,7 +519,7 @@ mod tests {
         let lakes = LAKES.find(&world, &area);
         let rivers = world.lines_through(LineKind::River, &area);
         let sites: Vec<SiteFeature> = world.sites(&area).iter().map(|site| SiteFeature::new(&world, site)).collect();
-        let off = |a: [f64; 2], b: [f64; 2]| length([a[0] - b[0], a[1] - b[1]]);
+        let off = |a: DVec2, b: [f64; 2]| a.distance(b.into());
         for one in &shown {
             // Metres of one millimetre of paper, the unit of the tolerances below: generalising moves lines.
             let drawn_m = one.denominator / 1000.0;
@@ -591,8 +572,8 @@ mod tests {
 
     /// True if a box lies within an area of pixels.
     fn is_within(area: Area, quad: &Quad) -> bool {
-        let [west, north, east, south] = bounds(quad.iter());
-        west >= area.x0 as f64 && north >= area.y0 as f64 && east <= area.x1 as f64 && south <= area.y1 as f64
+        let [west, north, east, south] = area.edges();
+        quad.iter().all(|at| (west..=east).contains(&at.x) && (north..=south).contains(&at.y))
     }
 
     #[test]
@@ -627,7 +608,7 @@ mod tests {
                 if writing.kind == "range" {
                     continue;
                 }
-                assert!(area.meets([writing.at[0], writing.at[1], writing.at[0], writing.at[1]]), "{writing:?}");
+                assert!(area.meets(bounds([writing.at].iter())), "{writing:?}");
             }
             // A frame removes few of the names that lie within it.
             let kept = names(&open).intersection(&names(&framed)).count();

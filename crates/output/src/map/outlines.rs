@@ -1,16 +1,17 @@
 //! Outlines: the lines that follow from the ground of a block: contours with their numbers, depth contours, coasts and
 //! signs.
 
+use glam::DVec2;
+
 use crate::area::Area;
-use crate::geometry::{dot, length};
 use crate::map::contour_lines::{ContourLine, contours, shores};
 use crate::map::label::overlap;
-use crate::map::plotter::{Pen, Plotter, bounds};
+use crate::map::plotter::{Pen, Plotter, bounds, widened};
 use crate::map::relief::{GroundPixels, ShadedRelief};
 use crate::map::scale::Scale;
 use crate::map::signs::{Slopes, signs};
 use crate::map::style::{Colour, Style};
-use crate::map::text::{Placed, Quad, shape};
+use crate::map::text::{Placed, Quad, Shaped, shape};
 
 /// Side in pixels of the squares that have at most one number each. A number lies within its square, so each block
 /// places its numbers without looking at other blocks.
@@ -35,7 +36,7 @@ pub(super) enum GroundLine {
 }
 
 /// Lines of points, in pixels.
-type Polylines = Vec<Vec<[f64; 2]>>;
+type Polylines = Vec<Vec<DVec2>>;
 
 /// All lines of a block, in pixels.
 pub(super) struct Outlines {
@@ -83,12 +84,7 @@ impl Outlines {
                 .filter(|line| line.number as f64 * interval_m != sea_level_m)
                 .partition(|line| line.number as f64 * interval_m > sea_level_m);
             if has_depths {
-                let pen = Pen {
-                    colour: style.water.line,
-                    opacity: 0.6,
-                    width: scale.pixels(style.water.depth_mm) as f32,
-                    dash: None,
-                };
+                let pen = Pen { opacity: 0.6, ..Pen::solid(style.water.line, scale.pixels(style.water.depth_mm)) };
                 outlines.lines.push((GroundLine::Depth, pen, sea.into_iter().map(|line| line.points).collect()));
             }
             if style.contours.draw {
@@ -120,22 +116,21 @@ impl Outlines {
             .map(|quad| Gap::new(quad, scale.pixels(GAP_MM)))
             .collect();
         let contour = &style.contours;
-        let mut pens: [(Pen, Vec<Vec<[f64; 2]>>); 4] = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(index, snow)| {
+        let mut pens: [(Pen, Polylines); 4] = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(index, snow)| {
             let mm = [contour.width_mm, contour.index_width_mm][index];
             let colour = [contour.colour, contour.on_snow][snow];
-            let width = scale.pixels(mm) as f32;
-            (Pen { colour, opacity: contour.opacity as f32, width, dash: None }, Vec::new())
+            (Pen { opacity: contour.opacity as f32, ..Pen::solid(colour, scale.pixels(mm)) }, Vec::new())
         });
         for line in contours {
             // Split the line into runs on snow and off it, which overlap by a point. No run goes through a number.
             let of_index = 2 * usize::from(line.is_index());
-            let is_snow = |[x, y]: [f64; 2]| {
+            let is_snow = |DVec2 { x, y }| {
                 let Area { x0, y0, x1, y1 } = ground.area;
                 usize::from(ground.snow.at((x as i64).clamp(x0, x1 - 1), (y as i64).clamp(y0, y1 - 1)) > 0.5)
             };
-            let mut run: Vec<[f64; 2]> = Vec::new();
+            let mut run: Vec<DVec2> = Vec::new();
             let mut snow = is_snow(line.points[0]);
-            let mut put = |run: &mut Vec<[f64; 2]>, snow: usize, from: usize| {
+            let mut put = |run: &mut Vec<DVec2>, snow: usize, from: usize| {
                 let rest = run.split_off(from);
                 let whole = std::mem::replace(run, rest);
                 if whole.len() + usize::from(!run.is_empty()) > 1 {
@@ -180,31 +175,28 @@ impl Outlines {
 struct Gap {
     bounds: [f64; 4],
     /// A corner of the gap, and the sides that begin there.
-    corner: [f64; 2],
-    sides: [[f64; 2]; 2],
+    corner: DVec2,
+    sides: [DVec2; 2],
 }
 
 impl Gap {
     /// Creates the gap of a number's box, wider by `by` at both ends of the text.
     fn new(quad: &Quad, by: f64) -> Gap {
         let [a, b, _, d] = *quad;
-        let along = [b[0] - a[0], b[1] - a[1]];
-        let long = length(along).max(1e-9);
-        let wider = along.map(|axis| axis * by / long);
-        let corner = [a[0] - wider[0], a[1] - wider[1]];
-        let sides = [[along[0] + 2.0 * wider[0], along[1] + 2.0 * wider[1]], [d[0] - a[0], d[1] - a[1]]];
-        let at = |u: f64, v: f64| [0, 1].map(|axis| corner[axis] + u * sides[0][axis] + v * sides[1][axis]);
-        let bounds = bounds([at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)].iter());
-        Gap { bounds, corner, sides }
+        let along = b - a;
+        let wider = along * by / along.length().max(1e-9);
+        let (corner, [ahead, aside]) = (a - wider, [along + 2.0 * wider, d - a]);
+        let bounds = bounds([corner, corner + ahead, corner + ahead + aside, corner + aside].iter());
+        Gap { bounds, corner, sides: [ahead, aside] }
     }
 
-    fn holds(&self, [x, y]: [f64; 2]) -> bool {
+    fn holds(&self, at: DVec2) -> bool {
         let [west, north, east, south] = self.bounds;
-        if x < west || x > east || y < north || y > south {
+        if at.x < west || at.x > east || at.y < north || at.y > south {
             return false;
         }
-        let from = [x - self.corner[0], y - self.corner[1]];
-        self.sides.iter().all(|side| (0.0..=dot(*side, *side)).contains(&dot(from, *side)))
+        let from = at - self.corner;
+        self.sides.iter().all(|side| (0.0..=side.length_squared()).contains(&from.dot(*side)))
     }
 }
 
@@ -219,12 +211,9 @@ struct Numberer<'a> {
 impl Numberer<'_> {
     /// Returns at most one number for each square, on the straightest part of an index line.
     fn numbers(&self, contours: &[ContourLine], written: &[Quad]) -> Vec<Placed> {
-        let Area { x0, y0, x1, y1 } = self.ground.area;
-        let squares =
-            (y0..y1).step_by(SQUARE as usize).flat_map(|y| (x0..x1).step_by(SQUARE as usize).map(move |x| [x, y]));
+        let squares = self.ground.area.squares(SQUARE as usize);
         squares
-            .filter_map(|[x, y]| {
-                let square = Area::new(x, y, SQUARE as usize, SQUARE as usize);
+            .filter_map(|square| {
                 let near: Vec<&Quad> = written.iter().filter(|quad| square.meets(bounds(quad.iter()))).collect();
                 let index = contours.iter().filter(|line| line.is_index());
                 let places = index.flat_map(|line| self.places(line, square, &near));
@@ -246,27 +235,25 @@ impl Numberer<'_> {
         let reach = half + gap;
         // A number with its middle this far from the edges lies within the square, however it is turned.
         let edge = reach + text.cap_height;
-        let inner = [square.x0, square.y0].map(|at| at as f64 + edge);
-        let outer = [square.x1, square.y1].map(|at| at as f64 - edge);
+        let [west, north, east, south] = widened(square.edges(), -edge);
         let mut places = Vec::new();
         let mut last = f64::NEG_INFINITY;
         let mut at = 0.0;
         for (index, pair) in line.points.windows(2).enumerate() {
-            at += length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]);
+            at += pair[0].distance(pair[1]);
             let middle = pair[1];
-            let is_inside = (0..2).all(|axis| inner[axis] <= middle[axis] && middle[axis] <= outer[axis]);
+            let is_inside = (west..=east).contains(&middle.x) && (north..=south).contains(&middle.y);
             // Trying a place every half width of the number is enough.
             if !is_inside || at < last + half {
                 continue;
             }
             last = at;
             let Some((from, to)) = ends(&line.points, index + 1, reach) else { continue };
-            let chord = [to[0] - from[0], to[1] - from[1]];
-            let straight = length(chord) / (2.0 * reach);
+            let straight = from.distance(to) / (2.0 * reach);
             if straight < STRAIGHT {
                 continue;
             }
-            let placed = self.placed(&text, [(from[0] + to[0]) * 0.5, (from[1] + to[1]) * 0.5], chord);
+            let placed = self.placed(&text, from.midpoint(to), to - from);
             let is_free = |quad: &Quad| written.iter().all(|other| !overlap(quad, other, gap));
             if placed.boxes.iter().all(is_free) {
                 places.push((straight, placed));
@@ -276,33 +263,31 @@ impl Numberer<'_> {
     }
 
     /// Sets a number with its middle at a place and its top uphill.
-    fn placed(&self, text: &crate::map::text::Shaped, [x, y]: [f64; 2], chord: [f64; 2]) -> Placed {
-        let long = length(chord);
-        let mut along = chord.map(|axis| axis / long);
+    fn placed(&self, text: &Shaped, middle: DVec2, chord: DVec2) -> Placed {
+        let mut along = chord / chord.length();
         let height_at = |side: f64| {
-            let at = [x + along[1] * side, y - along[0] * side];
-            self.ground.heights.at(at[0].floor() as i64, at[1].floor() as i64)
+            let at = (middle - along.perp() * side).floor();
+            self.ground.heights.at(at.x as i64, at.y as i64)
         };
         if height_at(UPHILL_PX) < height_at(-UPHILL_PX) {
-            along = along.map(|axis| -axis);
+            along = -along;
         }
-        let (half, down) = (0.5 * text.width, 0.5 * text.cap_height);
-        let start = [x - along[0] * half - along[1] * down, y - along[1] * half + along[0] * down];
-        text.at(start, libm::atan2(along[1], along[0]))
+        let start = middle - along * (0.5 * text.width) + along.perp() * (0.5 * text.cap_height);
+        text.at(start, libm::atan2(along.y, along.x))
     }
 }
 
 /// Returns the points of a line at the distance `reach` before and after one of its own points, if the line goes on for
 /// so long.
-fn ends(points: &[[f64; 2]], middle: usize, reach: f64) -> Option<([f64; 2], [f64; 2])> {
-    let walk = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
+fn ends(points: &[DVec2], middle: usize, reach: f64) -> Option<(DVec2, DVec2)> {
+    let walk = |points: &mut dyn Iterator<Item = &DVec2>| {
         let mut last = *points.next()?;
         let mut left = reach;
         for point in points {
-            let step = [point[0] - last[0], point[1] - last[1]];
-            let long = length(step);
+            let step = point - last;
+            let long = step.length();
             if long >= left {
-                return Some([0, 1].map(|axis| last[axis] + step[axis] * left / long));
+                return Some(last + step * left / long);
             }
             left -= long;
             last = *point;

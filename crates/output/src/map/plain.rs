@@ -9,6 +9,7 @@ use crate::land::WaterKind;
 use crate::lines::{Bed, LineKind};
 use crate::map::canvas::Canvas;
 use crate::map::drawing::Drawing;
+use crate::map::light::LEAST_RISE_M;
 use crate::map::relief::{Lit, ShadedRelief, channels};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
@@ -22,9 +23,6 @@ const PIXELS_PER_MM: f64 = 4.0;
 /// Side, in vertices, of the squares on which roads and places are drawn, counted from the origin. The squares do not
 /// depend on the tiles; otherwise the edges of lines would depend on the size of tiles.
 const SQUARE: i64 = 128;
-
-/// Least rise of a shore within a pixel, in metres. Flatter shores get a harder edge than they could have.
-const LEAST_RISE_M: f32 = 0.02;
 
 /// Colour in sRGB and opacity of the earth of roads that agents have trodden.
 const TRODDEN: Colour = Colour([222, 203, 160]);
@@ -63,16 +61,12 @@ impl MapPainter {
             return bytes(&words, wanted);
         }
         let mut painted = vec![0; wanted.len() * 3];
-        let all = wanted.on_grid(SQUARE);
-        let corners = |from: i64, to: i64| (from..to).step_by(SQUARE as usize);
-        for [x, y] in corners(all.y0, all.y1).flat_map(|y| corners(all.x0, all.x1).map(move |x| [x, y])) {
-            let square = Area::new(x, y, SQUARE as usize, SQUARE as usize);
-            let part = square.common(&wanted).expect("squares were chosen by what is wanted");
-            let mut canvas = Canvas::at_vertices(square);
+        for part in wanted.squares(SQUARE as usize) {
+            let mut canvas = Canvas::at_vertices(part.on_grid(SQUARE));
             canvas.put_words(part, &words);
             drawing.draw_roads(&self.style, self.scale, &mut canvas);
             for site in tile.sites() {
-                draw_site(&mut canvas, site.at.map(|at| at as f64), site.class, self.scale, &self.style);
+                draw_site(&mut canvas, site.at.map(|at| at as f64).into(), site.class, self.scale, &self.style);
             }
             let pixels = canvas.pixels(part);
             for (y, row) in (part.y0..).zip(pixels.chunks_exact(part.width() * 3)) {

@@ -1,5 +1,7 @@
 //! Plotters: surfaces on which lines, areas and letters are drawn, either pixels or pages of vectors.
 
+use glam::DVec2;
+
 use crate::area::Area;
 use crate::error::Error;
 use crate::map::style::Colour;
@@ -12,25 +14,35 @@ pub(crate) const WIDEST: f64 = 64.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub bounds: [f64; 4],
-    pub lines: Vec<Vec<[f64; 2]>>,
+    pub lines: Vec<Vec<DVec2>>,
 }
 
 impl Shape {
     /// Creates a shape of lines, or of the rings of an area.
-    pub fn new(lines: Vec<Vec<[f64; 2]>>) -> Shape {
+    pub fn new(lines: Vec<Vec<DVec2>>) -> Shape {
         Shape { bounds: bounds(lines.iter().flatten()), lines }
     }
 
     /// Creates the ring of a rectangle, given its west, north, east and south.
-    pub fn rectangle([west, north, east, south]: [f64; 4]) -> Shape {
-        Shape::new(vec![vec![[west, north], [east, north], [east, south], [west, south], [west, north]]])
+    pub fn rectangle(edges: [f64; 4]) -> Shape {
+        Shape::new(vec![ring(edges)])
     }
 }
 
+/// Returns the ring around a rectangle, given its west, north, east and south.
+pub(crate) fn ring([west, north, east, south]: [f64; 4]) -> Vec<DVec2> {
+    [[west, north], [east, north], [east, south], [west, south], [west, north]].map(DVec2::from).into()
+}
+
+/// Returns a rectangle (west, north, east and south) that is larger by a distance on each side.
+pub(crate) fn widened([west, north, east, south]: [f64; 4], by: f64) -> [f64; 4] {
+    [west - by, north - by, east + by, south + by]
+}
+
 /// Returns the bounding box of points: west, north, east and south.
-pub(crate) fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
+pub(crate) fn bounds<'a>(points: impl Iterator<Item = &'a DVec2>) -> [f64; 4] {
     let none = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
-    points.fold(none, |[w, n, e, s], [x, y]| [w.min(*x), n.min(*y), e.max(*x), s.max(*y)])
+    points.fold(none, |[w, n, e, s], at| [w.min(at.x), n.min(at.y), e.max(at.x), s.max(at.y)])
 }
 
 /// The pen that draws a line.
@@ -42,6 +54,13 @@ pub(crate) struct Pen {
     pub width: f32,
     /// Lengths of a stroke and of a gap; none for a solid line.
     pub dash: Option<[f32; 2]>,
+}
+
+impl Pen {
+    /// Returns an opaque pen without dashes.
+    pub fn solid(colour: Colour, width: f64) -> Pen {
+        Pen { colour, opacity: 1.0, width: width as f32, dash: None }
+    }
 }
 
 /// Layers of a page, from the lowest to the highest. Whoever edits the page can hide or change a layer as a whole.
@@ -118,7 +137,7 @@ pub enum Lettering {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inscription<'a> {
     pub item: Item<'a>,
-    pub texts: &'a [Placed],
+    pub text: &'a Placed,
     pub colour: Colour,
     pub halo: Pen,
 }
@@ -144,7 +163,7 @@ pub(crate) trait Plotter {
     fn fill(&mut self, shape: &Shape, colour: Colour);
 
     /// Draws lines, if the pen has a width.
-    fn stroke(&mut self, lines: &[Vec<[f64; 2]>], pen: &Pen);
+    fn stroke(&mut self, lines: &[Vec<DVec2>], pen: &Pen);
 
     /// Writes a text.
     fn write(&mut self, text: &Placed, colour: Colour);
@@ -154,7 +173,7 @@ pub(crate) trait Plotter {
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]);
 
     /// Draws a disc.
-    fn dot(&mut self, at: [f64; 2], radius: f64, colour: Colour);
+    fn dot(&mut self, at: DVec2, radius: f64, colour: Colour);
 
     /// True if something with this bounding box (west, north, east and south) may be visible.
     fn sees(&self, span: [f64; 4]) -> bool {
@@ -166,6 +185,22 @@ pub(crate) trait Plotter {
         if self.sees(shape.bounds) {
             self.stroke(&shape.lines, pen);
         }
+    }
+}
+
+impl dyn Plotter + '_ {
+    /// Draws a layer.
+    pub fn layer(&mut self, layer: PageLayer, draw: impl FnOnce(&mut Self)) {
+        self.begin_layer(layer);
+        draw(self);
+        self.end_layer();
+    }
+
+    /// Draws one object of a layer.
+    pub fn item(&mut self, item: &Item<'_>, draw: impl FnOnce(&mut Self)) {
+        self.begin_item(item);
+        draw(self);
+        self.end_item();
     }
 }
 

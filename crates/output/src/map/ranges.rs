@@ -7,16 +7,16 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
+use glam::{DVec2, dvec2};
 use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
 use crate::clock::Clock;
-use crate::geometry::{dot, length};
 use crate::grid::Grid;
 use crate::map::climb::Climb;
 use crate::map::scale::Scale;
 use crate::map::style::LabelsStyle;
-use crate::map::text::{Placed, shape};
+use crate::map::text::{Placed, length, shape};
 use crate::map::weighted_sums::smoothed;
 use crate::world::World;
 
@@ -94,9 +94,9 @@ pub(super) struct Range {
     pub id: [i64; 2],
     pub name: String,
     /// Highest place of the smoothed land, in pixels.
-    pub top: [f64; 2],
+    pub top: DVec2,
     /// Line along the crest, from left to right.
-    pub line: Vec<[f64; 2]>,
+    pub line: Vec<DVec2>,
 }
 
 impl Afar {
@@ -124,11 +124,7 @@ impl Afar {
         let wide = area.padded(nodes(APART_MM) + HALO);
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut heights = Grid::filled(wide, 0.0);
-        let corners = |from: i64, to: i64| (from.div_euclid(PART)..=(to - 1).div_euclid(PART)).map(|at| at * PART);
-        let parts: Vec<Area> = corners(wide.y0, wide.y1)
-            .flat_map(|y| corners(wide.x0, wide.x1).map(move |x| Area::new(x, y, PART as usize, PART as usize)))
-            .filter_map(|part| part.common(&wide))
-            .collect();
+        let parts: Vec<Area> = wide.squares(PART as usize).collect();
         let made: Vec<Grid<f32>> =
             parts.into_par_iter().map(|part| self.world.relief().land(part, &Clock::default()).heights).collect();
         for part in made {
@@ -161,12 +157,12 @@ impl CoarseLand<'_> {
     }
 
     /// True if the floor of a valley lies so far below the heights beside it that the valley has a name of its own.
-    pub fn is_valley(&self, at: [f64; 2]) -> bool {
+    pub fn is_valley(&self, at: DVec2) -> bool {
         let Afar { scale, .. } = self.afar;
         if !VALLEYS.contains(&scale.denominator()) {
             return false;
         }
-        let node = at.map(|at| (at / self.afar.pixels_per_node()).round() as i64);
+        let node = (at / self.afar.pixels_per_node()).round().to_array().map(|at| at as i64);
         let beside = scale.pixels(BESIDE_MM);
         // Rivers reach far beyond the coarse land. Names out there are not seen, so `false` will do.
         let known = Area::new(node[0], node[1], 1, 1).padded((beside / self.afar.pixels_per_node()) as usize);
@@ -185,7 +181,7 @@ impl CoarseLand<'_> {
     fn around(&self, [x, y]: [i64; 2], pixels: f64) -> impl Iterator<Item = [i64; 2]> {
         let nodes = pixels / self.afar.pixels_per_node();
         let most = nodes as i64;
-        let within = move |[east, south]: &[i64; 2]| length([*east as f64, *south as f64]) <= nodes;
+        let within = move |[east, south]: &[i64; 2]| dvec2(*east as f64, *south as f64).length() <= nodes;
         let offsets = (-most..=most).flat_map(move |south| (-most..=most).map(move |east| [east, south]));
         offsets.filter(within).map(move |[east, south]| [x + east, y + south])
     }
@@ -226,54 +222,51 @@ impl CoarseLand<'_> {
         smooth.sort_by(f32::total_cmp);
         let foot_m = at_share(&smooth, LOW_SHARE);
         let pixels_per_node = self.afar.pixels_per_node();
-        let pixel = |at: [i64; 2]| at.map(|at| at as f64 * pixels_per_node);
+        let pixel = |[x, y]: [i64; 2]| dvec2(x as f64, y as f64) * pixels_per_node;
         let (id, top) = (top, pixel(top));
         let weighed = nodes.iter().map(|at| {
-            let [x, y] = pixel(*at);
-            let from_top = [x - top[0], y - top[1]];
+            let from_top = pixel(*at) - top;
             // Far ground counts less; otherwise the next range would turn the name of this range.
-            let near = 1.0 - dot(from_top, from_top) / (reach * reach);
+            let near = 1.0 - from_top.length_squared() / (reach * reach);
             (f64::from((self.smooth.at(at[0], at[1]) - foot_m).max(0.0)) * near, from_top)
         });
-        let weighed: Vec<(f64, [f64; 2])> = weighed.filter(|(weight, _)| *weight > 0.0).collect();
+        let weighed: Vec<(f64, DVec2)> = weighed.filter(|(weight, _)| *weight > 0.0).collect();
         Some(Range { id, name, top, line: crest(&weighed, top, reach)? })
     }
 }
 
 /// Fits a parabola along weighted places, which are given relative to `from`. The parabola goes no further than `reach`
 /// from there.
-fn crest(weighed: &[(f64, [f64; 2])], from: [f64; 2], reach: f64) -> Option<Vec<[f64; 2]>> {
-    let sum = |of: &dyn Fn([f64; 2]) -> f64| weighed.iter().map(|(weight, at)| weight * of(*at)).sum::<f64>();
+fn crest(weighed: &[(f64, DVec2)], from: DVec2, reach: f64) -> Option<Vec<DVec2>> {
+    let sum = |of: &dyn Fn(DVec2) -> f64| weighed.iter().map(|(weight, at)| weight * of(*at)).sum::<f64>();
     let whole = sum(&|_| 1.0);
     if whole <= 0.0 {
         return None;
     }
-    let middle = [sum(&|at| at[0]) / whole, sum(&|at| at[1]) / whole];
-    let off = |at: [f64; 2]| [at[0] - middle[0], at[1] - middle[1]];
-    let moment = |a: usize, b: usize| sum(&|at| off(at)[a] * off(at)[b]) / whole;
+    let middle = dvec2(sum(&|at| at.x), sum(&|at| at.y)) / whole;
+    let moment = |a: usize, b: usize| sum(&|at| (at - middle)[a] * (at - middle)[b]) / whole;
     let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
     // Angle of the axis along which the places spread most.
     let angle = 0.5 * libm::atan2(2.0 * xy, xx - yy);
-    let along = [libm::cos(angle), libm::sin(angle)];
-    let aside = [-along[1], along[0]];
-    let frame = |at: [f64; 2]| (dot(off(at), along), dot(off(at), aside));
-    let spread = (sum(&|at| frame(at).0 * frame(at).0) / whole).sqrt();
+    let along = dvec2(libm::cos(angle), libm::sin(angle));
+    let frame = |at: DVec2| dvec2((at - middle).dot(along), (at - middle).dot(along.perp()));
+    let spread = (sum(&|at| frame(at).x * frame(at).x) / whole).sqrt();
     // The parabola `bend * (t^2 - spread^2)` beside the axis, as near to the places as can be (least squares).
-    let square = |at: [f64; 2]| frame(at).0 * frame(at).0 - spread * spread;
+    let square = |at: DVec2| frame(at).x * frame(at).x - spread * spread;
     let squares = sum(&|at| square(at) * square(at));
-    let half = (MOST_SPREAD * spread).min(reach - length(middle));
+    let half = (MOST_SPREAD * spread).min(reach - middle.length());
     if half <= 0.0 || squares <= 0.0 {
         return None;
     }
     let most = 2.0 * MOST_BEND / half;
-    let bend = (sum(&|at| square(at) * frame(at).1) / squares).clamp(-most, most);
+    let bend = (sum(&|at| square(at) * frame(at).y) / squares).clamp(-most, most);
     const PIECES: i32 = 32;
     let place = |piece: i32| {
         let t = half * (f64::from(2 * piece) / f64::from(PIECES) - 1.0);
         let beside = bend * (t * t - half * half / 3.0);
-        [0, 1].map(|axis| from[axis] + middle[axis] + along[axis] * t + aside[axis] * beside)
+        from + middle + along * t + along.perp() * beside
     };
-    let is_within = |at: &[f64; 2]| length([at[0] - from[0], at[1] - from[1]]) <= reach;
+    let is_within = |at: &DVec2| at.distance(from) <= reach;
     Some((0..=PIECES).map(place).filter(is_within).collect())
 }
 
@@ -284,9 +277,7 @@ impl Range {
         let style = labels.range;
         let typeface = labels.typeface(style.face);
         let (size_px, spacing, reach) = (scale.pixels(style.size_mm), style.spacing, scale.pixels(REACH_MM));
-        let room =
-            self.line.windows(2).map(|pair| length([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])).sum::<f64>();
-        let size = size_px as f32;
+        let (room, size) = (length(&self.line), size_px as f32);
         let usual = shape(&self.name, typeface, size, spacing as f32).width;
         let gaps = (self.name.chars().count() - 1).max(1) as f64 * size_px;
         // A little less than the length of the line, to allow for rounding.
@@ -295,7 +286,7 @@ impl Range {
             return Vec::new();
         }
         let name = shape(&self.name, typeface, size, (spacing + (width - usual) / gaps) as f32);
-        let is_near = |at: &[f64; 2]| length([at[0] - self.top[0], at[1] - self.top[1]]) <= reach;
+        let is_near = |at: &DVec2| at.distance(self.top) <= reach;
         let beside = BESIDE_LINE_MM.map(|mm| scale.pixels(mm) - 0.5 * name.cap_height);
         let places = beside.into_iter().filter_map(|lift| name.along(&self.line, 0.5 * (room - name.width), lift));
         places.filter(|placed| placed.boxes.iter().flatten().all(is_near)).collect()
@@ -318,7 +309,7 @@ mod tests {
         let afar = Afar::new(&Arc::new(World::new(preset, Some(5)).unwrap()), scale);
         let whole = afar.look(Area::new(-300, -250, 600, 500)).ranges();
         assert!(whole.len() > 10, "{}", whole.len());
-        let apart = |a: &Range, b: &Range| length([a.top[0] - b.top[0], a.top[1] - b.top[1]]);
+        let apart = |a: &Range, b: &Range| a.top.distance(b.top);
         for (index, range) in whole.iter().enumerate() {
             let nearest = whole[..index].iter().map(|other| apart(range, other)).fold(f64::MAX, f64::min);
             assert!(nearest >= scale.pixels(APART_MM), "{} and another are {nearest} apart", range.name);
@@ -326,7 +317,7 @@ mod tests {
         let part = Area::new(-130, 20, 210, 170);
         let reach = scale.pixels(REACH_MM) as usize;
         let near = |range: &&Range| {
-            let [x, y] = range.top;
+            let DVec2 { x, y } = range.top;
             part.padded(reach).meets([x, y, x, y])
         };
         let seen = afar.look(part).ranges();
@@ -338,17 +329,16 @@ mod tests {
     fn a_crest_follows_an_arc() {
         let arc = (-40..=40).map(|degrees| {
             let angle = f64::from(degrees) / 360.0 * TAU;
-            (1.0, [100.0 * libm::sin(angle), 100.0 - 100.0 * libm::cos(angle)])
+            (1.0, dvec2(100.0 * libm::sin(angle), 100.0 - 100.0 * libm::cos(angle)))
         });
         let arc: Vec<_> = arc.collect();
-        let line = crest(&arc, [5.0, 7.0], 90.0).expect("there are places");
-        assert!(line.windows(2).all(|pair| pair[1][0] > pair[0][0]));
+        let line = crest(&arc, dvec2(5.0, 7.0), 90.0).expect("there are places");
+        assert!(line.windows(2).all(|pair| pair[1].x > pair[0].x));
         // Beyond the places, the crest goes on as a parabola and leaves the arc.
-        let along_arc = |[x, _]: &&[f64; 2]| (x - 5.0).abs() < 65.0;
+        let along_arc = |at: &&DVec2| (at.x - 5.0).abs() < 65.0;
         assert!(line.iter().filter(along_arc).count() > 20);
-        for [x, y] in line.iter().filter(along_arc) {
-            let from_centre = length([x - 5.0, y - 107.0]);
-            assert!((from_centre - 100.0).abs() < 7.0, "{x} {y}");
+        for at in line.iter().filter(along_arc) {
+            assert!((at.distance(dvec2(5.0, 107.0)) - 100.0).abs() < 7.0, "{at}");
         }
     }
 }

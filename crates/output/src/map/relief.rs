@@ -1,5 +1,7 @@
 //! The ground of a map: hypsometric tints, the cover of the ground, light and shadow.
 
+use glam::DVec2;
+
 use crate::area::Area;
 use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
@@ -141,8 +143,8 @@ impl ShadedRelief {
     }
 
     /// Direction to the sun: east and south.
-    pub fn sun(&self) -> [f64; 2] {
-        self.lamp.sun.map(f64::from)
+    pub fn sun(&self) -> DVec2 {
+        self.lamp.sun.map(f64::from).into()
     }
 
     /// Returns the pixels whose heights the ground of an area depends on.

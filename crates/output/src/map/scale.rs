@@ -1,5 +1,7 @@
 //! The scale of a map: metres of the world to pixels, and pixels to millimetres on paper.
 
+use glam::{DVec2, dvec2};
+
 use crate::area::{Area, Stride};
 
 /// Size in millimetres on paper of the smallest landforms that are visible.
@@ -38,8 +40,8 @@ impl Scale {
     }
 
     /// Converts a place in metres east and north of the origin to pixels east and south of the origin.
-    pub fn pixel(&self, [east, north]: [f64; 2]) -> [f64; 2] {
-        [east / self.metres_per_pixel, -north / self.metres_per_pixel]
+    pub fn pixel(&self, [east, north]: [f64; 2]) -> DVec2 {
+        dvec2(east, -north) / self.metres_per_pixel
     }
 
     /// Returns the pixels of a rectangle of the world, given by its west, south, east and north in metres from the

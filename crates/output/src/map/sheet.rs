@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use glam::{DVec2, dvec2};
+
 use crate::area::Area;
 use crate::error::Error;
 use crate::lines::RoadClass;
@@ -11,7 +13,7 @@ use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
 use crate::map::font::Face;
 use crate::map::frame;
-use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape};
+use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape, ring, widened};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
@@ -154,9 +156,9 @@ enum Mark {
     Begin(&'static str),
     End,
     Fill(Shape, Colour),
-    Line(Vec<[f64; 2]>, Colour, f64, f32),
-    Site([f64; 2], SiteClass),
-    Peak([f64; 2]),
+    Line(Vec<DVec2>, Colour, f64, f32),
+    Site(DVec2, SiteClass),
+    Peak(DVec2),
     Text(Placed, Colour),
 }
 
@@ -225,13 +227,10 @@ impl Sheet<'_> {
         let (style, scale, map) = (chart.style(), chart.scale(), picture.area());
         let mut printer = SheetPrinter { style, scale, map, page, marks: Vec::new() };
         if let Some(overlay) = captions.overlay {
-            printer.marks.push(Mark::Begin("overlay"));
-            printer.overlay(overlay);
-            printer.marks.push(Mark::End);
+            printer.group("overlay", |printer| printer.overlay(overlay));
         }
         for furniture in &captions.furniture {
-            printer.marks.push(Mark::Begin(furniture.name()));
-            match furniture {
+            printer.group(furniture.name(), |printer| match furniture {
                 Furniture::Title => printer.title(&captions.title, &captions.subtitle),
                 Furniture::Frame => printer.frame(),
                 Furniture::Grid => printer.grid(),
@@ -239,12 +238,9 @@ impl Sheet<'_> {
                 Furniture::North => printer.north(),
                 Furniture::Legend => printer.legend(&picture.legend(), chart.interval_m()),
                 Furniture::Recipe => printer.recipe(&captions.recipe),
-            }
-            printer.marks.push(Mark::End);
+            });
         }
-        printer.marks.push(Mark::Begin("neighbours"));
-        printer.neighbours(&captions.neighbours);
-        printer.marks.push(Mark::End);
+        printer.group("neighbours", |printer| printer.neighbours(&captions.neighbours));
         Sheet { picture: Some(picture), style, scale, page, marks: printer.marks }
     }
 
@@ -253,8 +249,8 @@ impl Sheet<'_> {
         let (style, scale, page) = (self.style, self.scale, self.page);
         for (map, name) in frames {
             let mut printer = SheetPrinter { style, scale, map: *map, page, marks: Vec::new() };
-            let [west, north, east, south] = printer.edges();
-            printer.line(vec![[west, north], [east, north], [east, south], [west, south], [west, north]], 0.4);
+            let [west, north, east, south] = map.edges();
+            printer.line(ring(map.edges()), 0.4);
             let middle = [f64::midpoint(west, east), f64::midpoint(north, south) + printer.mm(2.2)];
             printer.write(name, Face::Bold, 6.5, middle, 0.5);
             self.marks.append(&mut printer.marks);
@@ -321,16 +317,13 @@ impl Sheet<'_> {
     /// When the page cannot be written.
     pub(crate) fn plot(&self, page: &mut dyn Page, watch: &Watch) -> Result<(), Error> {
         let Sheet { picture, style, scale, .. } = *self;
-        let edges = [self.page.x0, self.page.y0, self.page.x1, self.page.y1].map(|at| at as f64);
-        page.begin_layer(PageLayer::Paper);
-        page.fill(&Shape::rectangle(edges), style.paper);
-        page.end_layer();
+        let canvas: &mut dyn Plotter = page;
+        canvas.layer(PageLayer::Paper, |canvas| canvas.fill(&Shape::rectangle(self.page.edges()), style.paper));
         if let Some(picture) = picture {
             picture.plot(page, watch)?;
         }
-        page.begin_layer(PageLayer::Furniture);
-        self.marks.iter().for_each(|mark| mark.draw(page, scale, style));
-        page.end_layer();
+        let canvas: &mut dyn Plotter = page;
+        canvas.layer(PageLayer::Furniture, |canvas| self.marks.iter().for_each(|mark| mark.draw(canvas, scale, style)));
         Ok(())
     }
 }
@@ -342,7 +335,7 @@ impl Mark {
             Mark::End => plotter.end_item(),
             Mark::Fill(shape, colour) => plotter.fill(shape, *colour),
             Mark::Line(line, colour, width, opacity) => {
-                let pen = Pen { colour: *colour, opacity: *opacity, width: *width as f32, dash: None };
+                let pen = Pen { opacity: *opacity, ..Pen::solid(*colour, *width) };
                 plotter.stroke_shape(&Shape::new(vec![line.clone()]), &pen);
             }
             Mark::Site(at, class) => draw_site(plotter, *at, *class, scale, style),
@@ -360,7 +353,7 @@ pub(super) fn grid_km(scale: Scale) -> f64 {
 }
 
 /// Returns the parts of a line within a rectangle: west, north, east and south.
-fn clipped(line: &[[f64; 2]], edges: [f64; 4]) -> Vec<Vec<[f64; 2]>> {
+fn clipped(line: &[DVec2], edges: [f64; 4]) -> Vec<Vec<DVec2>> {
     line.windows(2).filter_map(|pair| frame::clipped([pair[0], pair[1]], edges)).map(|part| part.to_vec()).collect()
 }
 
@@ -397,12 +390,14 @@ impl SheetPrinter<'_> {
         self.scale.pixels(mm)
     }
 
-    /// Returns the edges of the map in pixels: west, north, east and south.
-    fn edges(&self) -> [f64; 4] {
-        [self.map.x0, self.map.y0, self.map.x1, self.map.y1].map(|at| at as f64)
+    /// Prints marks that belong together.
+    fn group(&mut self, kind: &'static str, print: impl FnOnce(&mut Self)) {
+        self.marks.push(Mark::Begin(kind));
+        print(self);
+        self.marks.push(Mark::End);
     }
 
-    fn line(&mut self, line: Vec<[f64; 2]>, mm: f64) {
+    fn line(&mut self, line: Vec<DVec2>, mm: f64) {
         let width = self.mm(mm);
         self.marks.push(Mark::Line(line, self.style.ink, width, 1.0));
     }
@@ -415,13 +410,13 @@ impl SheetPrinter<'_> {
     /// Returns the width of the text in pixels.
     fn write(&mut self, text: &str, face: Face, size_mm: f64, [x, y]: [f64; 2], share: f64) -> f64 {
         let shaped = shape(text, self.style.labels.typeface(face), self.mm(size_mm) as f32, 0.0);
-        let placed = shaped.at([x - share * shaped.width, y], 0.0);
+        let placed = shaped.at(dvec2(x - share * shaped.width, y), 0.0);
         self.marks.push(Mark::Text(placed, self.style.ink));
         shaped.width
     }
 
     fn title(&mut self, title: &str, subtitle: &str) {
-        let [west, north, east, _] = self.edges();
+        let [west, north, east, _] = self.map.edges();
         let baseline = north - self.mm(FRAME_MM + 3.6);
         // Shrink a title that is wider than the map.
         let usual = shape(title, self.style.labels.typeface(Face::Semibold), self.mm(TITLE_MM) as f32, 0.0).width;
@@ -435,17 +430,12 @@ impl SheetPrinter<'_> {
     }
 
     fn frame(&mut self) {
-        let [west, north, east, south] = self.edges();
-        let ring = |by: f64| {
-            let [w, n, e, s] = [west - by, north - by, east + by, south + by];
-            vec![[w, n], [e, n], [e, s], [w, s], [w, n]]
-        };
-        self.line(ring(0.0), 0.15);
-        self.line(ring(self.mm(FRAME_MM)), 0.5);
+        self.line(ring(self.map.edges()), 0.15);
+        self.line(ring(widened(self.map.edges(), self.mm(FRAME_MM))), 0.5);
     }
 
     fn grid(&mut self) {
-        let [west, north, east, south] = self.edges();
+        let [west, north, east, south] = self.map.edges();
         let (km, ink) = (grid_km(self.scale), self.style.ink);
         let step = km * 1000.0 / self.scale.metres_per_pixel;
         let (thin, gap) = (self.mm(0.1), self.mm(FRAME_MM));
@@ -454,7 +444,7 @@ impl SheetPrinter<'_> {
         let small = self.mm(0.9);
         for number in lines(west, east) {
             let x = number as f64 * step;
-            self.marks.push(Mark::Line(vec![[x, north], [x, south]], ink, thin, 0.28));
+            self.marks.push(Mark::Line(vec![dvec2(x, north), dvec2(x, south)], ink, thin, 0.28));
             let text = format!("{:.digits$}", number as f64 * km);
             if x > west + gap && x < east - gap {
                 self.write(&text, Face::Regular, 2.6, [x, north - 1.6 * small], 0.5);
@@ -463,13 +453,13 @@ impl SheetPrinter<'_> {
         }
         for number in lines(north, south) {
             let y = number as f64 * step;
-            self.marks.push(Mark::Line(vec![[west, y], [east, y]], ink, thin, 0.28));
+            self.marks.push(Mark::Line(vec![dvec2(west, y), dvec2(east, y)], ink, thin, 0.28));
             // The numbers grow to the north, while rows of pixels are counted to the south.
             let text = format!("{:.digits$}", 0.0 - number as f64 * km);
             for x in [west - 0.5 * gap, east + 0.5 * gap] {
                 let shaped = shape(&text, self.style.labels.typeface(Face::Regular), self.mm(2.6) as f32, 0.0);
                 // Turned to be read from the right, as the numbers at the sides of maps are.
-                let start = [x + 0.35 * shaped.cap_height, y + 0.5 * shaped.width];
+                let start = dvec2(x + 0.35 * shaped.cap_height, y + 0.5 * shaped.width);
                 let placed = shaped.at(start, -std::f64::consts::FRAC_PI_2);
                 if y > north + gap && y < south - gap {
                     self.marks.push(Mark::Text(placed, ink));
@@ -480,7 +470,7 @@ impl SheetPrinter<'_> {
 
     /// Draws cells over the map, from its north-western corner on, with their numbers at their tops.
     fn overlay(&mut self, Overlay { form, side_m }: Overlay) {
-        let [west, north, east, south] = self.edges();
+        let [west, north, east, south] = self.map.edges();
         let side = side_m / self.scale.metres_per_pixel;
         let (ink, width, size_mm) = (self.style.ink, self.mm(0.15), 2.2);
         // Columns of hexagons interlock, so they lie closer together than a hexagon is wide.
@@ -492,23 +482,21 @@ impl SheetPrinter<'_> {
         for column in 0..cells(east - west, step) {
             for row in 0..cells(south - north, side) {
                 let (x, y) = (west + column as f64 * step, north + row as f64 * side);
-                let (ring, top): (Vec<[f64; 2]>, _) = match form {
-                    Cells::Squares => {
-                        (vec![[x, y], [x + side, y], [x + side, y + side], [x, y + side], [x, y]], [x + 0.5 * side, y])
-                    }
+                let (ring, top) = match form {
+                    Cells::Squares => (ring([x, y, x + side, y + side]), dvec2(x + 0.5 * side, y)),
                     Cells::Hexagons => {
-                        let middle = [x + long, y + if column % 2 == 0 { 0.5 } else { 1.0 } * side];
+                        let middle = dvec2(x + long, y + if column % 2 == 0 { 0.5 } else { 1.0 } * side);
                         let corners = (0..=6).map(|corner| {
                             let angle = f64::from(corner) * std::f64::consts::FRAC_PI_3;
-                            [middle[0] + long * libm::cos(angle), middle[1] + long * libm::sin(angle)]
+                            middle + long * dvec2(libm::cos(angle), libm::sin(angle))
                         });
-                        (corners.collect(), [middle[0], middle[1] - 0.5 * side])
+                        (corners.collect(), middle - dvec2(0.0, 0.5 * side))
                     }
                 };
                 for line in clipped(&ring, [west, north, east, south]) {
                     self.marks.push(Mark::Line(line, ink, width, 0.55));
                 }
-                let at = [top[0], top[1] + self.mm(size_mm)];
+                let at = [top.x, top.y + self.mm(size_mm)];
                 if at[0] > west + self.mm(2.0) && at[0] < east - self.mm(2.0) && at[1] < south {
                     self.write(&format!("{:02}{:02}", column + 1, row + 1), Face::Regular, size_mm, at, 0.5);
                 }
@@ -518,7 +506,7 @@ impl SheetPrinter<'_> {
 
     /// Writes the names of the neighbouring sheets, in the frame or right beside the map.
     fn neighbours(&mut self, names: &[Option<String>; 4]) {
-        let [west, north, east, south] = self.edges();
+        let [west, north, east, south] = self.map.edges();
         let (x, y) = (f64::midpoint(west, east), f64::midpoint(north, south));
         let (gap, size_mm) = (self.mm(0.5 * FRAME_MM), 3.0);
         let down = self.mm(1.0);
@@ -532,11 +520,11 @@ impl SheetPrinter<'_> {
 
     /// Returns the y of the baseline of the first line below the map.
     fn foot(&self) -> f64 {
-        self.edges()[3] + self.mm(FRAME_MM + 6.0)
+        self.map.edges()[3] + self.mm(FRAME_MM + 6.0)
     }
 
     fn scale_bar(&mut self) {
-        let west = self.edges()[0];
+        let west = self.map.edges()[0];
         let foot = self.foot();
         let denominator = self.scale.denominator();
         self.write(&format!("1 : {}", thousands(denominator)), Face::Semibold, 4.2, [west, foot], 0.0);
@@ -551,7 +539,7 @@ impl SheetPrinter<'_> {
             let colour = if part % 2 == 0 { self.style.ink } else { self.style.paper };
             self.fill([at(part), top, at(part + 1), bottom], colour);
         }
-        self.line(vec![[west, top], [west + length, top], [west + length, bottom], [west, bottom], [west, top]], 0.12);
+        self.line(ring([west, top, west + length, bottom]), 0.12);
         let baseline = bottom + self.mm(3.2);
         let number = |metres: f64| {
             let value = metres / per;
@@ -562,12 +550,15 @@ impl SheetPrinter<'_> {
     }
 
     fn north(&mut self) {
-        let east = self.edges()[2];
+        let east = self.map.edges()[2];
         let (x, top) = (east - self.mm(5.0), self.foot() - self.mm(3.5));
         let (half, height) = (self.mm(2.2), self.mm(11.0));
         let ink = self.style.ink;
-        let left = vec![[x, top], [x - half, top + height], [x, top + 0.78 * height], [x, top]];
-        let right = vec![[x, top], [x + half, top + height], [x, top + 0.78 * height], [x, top]];
+        let side = |half: f64| {
+            let corners = [[x, top], [x + half, top + height], [x, top + 0.78 * height], [x, top]];
+            Vec::from(corners.map(DVec2::from))
+        };
+        let (left, right) = (side(-half), side(half));
         self.marks.push(Mark::Fill(Shape::new(vec![left.clone()]), ink));
         self.line(right, 0.15);
         self.line(left, 0.15);
@@ -577,7 +568,7 @@ impl SheetPrinter<'_> {
     /// Draws the legend of what is seen on the map, each column from the top to the bottom.
     fn legend(&mut self, shown: &[LegendItem], interval_m: f64) {
         let place = LegendPlace::below(self.map.width() as f64 / self.mm(1.0), shown.len());
-        let (from, top) = (self.edges()[0] + self.mm(place.from_mm), self.foot() + self.mm(place.top_mm - 1.0));
+        let (from, top) = (self.map.edges()[0] + self.mm(place.from_mm), self.foot() + self.mm(place.top_mm - 1.0));
         let (step, column, sample) = (self.mm(ROW_MM), self.mm(COLUMN_MM), self.mm(7.0));
         let rows = place.rows(shown.len());
         for (index, item) in shown.iter().copied().enumerate() {
@@ -589,12 +580,13 @@ impl SheetPrinter<'_> {
 
     fn sample(&mut self, item: LegendItem, x: f64, y: f64, width: f64) {
         let style = self.style;
-        let line =
-            |mm: f64, colour: Colour| Mark::Line(vec![[x, y], [x + width, y]], colour, self.scale.pixels(mm), 1.0);
-        let middle = [x + 0.5 * width, y];
+        let line = |mm: f64, colour: Colour| {
+            Mark::Line(vec![dvec2(x, y), dvec2(x + width, y)], colour, self.scale.pixels(mm), 1.0)
+        };
+        let middle = dvec2(x + 0.5 * width, y);
         match item {
             LegendItem::Road(class) => {
-                let road = &style.roads.classes[2 - class as usize];
+                let road = style.roads.class(class);
                 let marks =
                     [line(road.width_mm + 2.0 * road.casing_mm, style.roads.casing), line(road.width_mm, road.colour)];
                 self.marks.extend(marks);
@@ -609,7 +601,7 @@ impl SheetPrinter<'_> {
 
     /// Writes the recipe, with its last line at the foot of the page.
     fn recipe(&mut self, recipe: &str) {
-        let west = self.edges()[0];
+        let west = self.map.edges()[0];
         for (number, line) in recipe_lines(recipe, self.map, (self.style, self.scale)).iter().rev().enumerate() {
             let y = self.page.y1 as f64 - self.mm(3.0 + LINE_MM * number as f64);
             self.write(line, Face::Regular, RECIPE_MM, [west, y], 0.0);
@@ -724,7 +716,7 @@ mod tests {
                 Mark::Text(text, _) => Some(&text.boxes),
                 _ => None,
             });
-            assert!(boxes.flatten().flatten().all(|[x, _]| *x < 401.0), "{title}");
+            assert!(boxes.flatten().flatten().all(|at| at.x < 401.0), "{title}");
         }
     }
 

@@ -2,10 +2,11 @@
 //!
 //! Signs stand on a jittered grid of the scale. Whether there is a sign depends on its place alone.
 
+use glam::{DVec2, dvec2};
+
 use crate::area::Area;
-use crate::geometry::{dot, length};
 use crate::grid::Grid;
-use crate::hash;
+use crate::hash::{self, SignDraw};
 use crate::map::plotter::Pen;
 use crate::map::scale::Scale;
 use crate::map::style::SignsStyle;
@@ -44,47 +45,44 @@ pub(super) struct Slopes<'a> {
 pub(super) fn signs(
     style: &SignsStyle,
     scale: Scale,
-    sun: [f64; 2],
+    sun: DVec2,
     area: Area,
     slopes: &Slopes,
-) -> Vec<(Pen, Vec<Vec<[f64; 2]>>)> {
-    let mut strokes: [Vec<Vec<[f64; 2]>>; WIDTHS] = Default::default();
+) -> Vec<(Pen, Vec<Vec<DVec2>>)> {
+    let mut strokes: [Vec<Vec<DVec2>>; WIDTHS] = Default::default();
     let mut stones = Vec::new();
     let seen = area.padded(REACH);
-    let at = |[x, y]: [f64; 2]| (x.floor() as i64, y.floor() as i64);
+    let at = |place: DVec2| (place.x.floor() as i64, place.y.floor() as i64);
     // Returns the downhill gradient, east and south, and how far the slope is turned away from the sun, 0 to 1.
-    let fall = |place: [f64; 2]| {
+    let fall = |place: DVec2| {
         let (x, y) = at(place);
         let height = |x, y| f64::from(slopes.heights.at(x, y));
         let per_m = slopes.steepening / (2.0 * slopes.metres_per_pixel);
-        let fall = [height(x - 1, y) - height(x + 1, y), height(x, y - 1) - height(x, y + 1)].map(|m| m * per_m);
-        let shade = 0.5 - 0.5 * dot(fall, sun) / length(fall).max(1e-9);
+        let fall = dvec2(height(x - 1, y) - height(x + 1, y), height(x, y - 1) - height(x, y + 1)) * per_m;
+        let shade = 0.5 - 0.5 * fall.dot(sun) / fall.length().max(1e-9);
         (fall, shade)
     };
-    let mut stroke = |place: [f64; 2], fall: [f64; 2], long: f64, weight: f64| {
-        let steep = length(fall);
-        let half = fall.map(|axis| axis / steep * 0.5 * long);
+    let mut stroke = |place: DVec2, fall: DVec2, long: f64, weight: f64| {
+        let half = fall / fall.length() * 0.5 * long;
         let width = (weight * WIDTHS as f64) as usize;
-        let line = vec![[place[0] - half[0], place[1] - half[1]], [place[0] + half[0], place[1] + half[1]]];
-        strokes[width.min(WIDTHS - 1)].push(line);
+        strokes[width.min(WIDTHS - 1)].push(vec![place - half, place + half]);
     };
     if style.rock > 0.0 {
-        each_place(slopes, seen, scale.pixels(ROCK_MM[0]), 1, |place, chance| {
+        each_place(slopes, seen, scale.pixels(ROCK_MM[0]), SignDraw::Rock, |place, chance| {
             let (fall, shade) = fall(place);
             let (x, y) = at(place);
-            let steep = length(fall);
             let share = f64::from(slopes.rock.at(x, y)) * style.rock * (0.35 + 0.65 * shade);
-            if steep > ROCK_SLOPE && chance < share {
+            if fall.length() > ROCK_SLOPE && chance < share {
                 let long = scale.pixels(ROCK_MM[1]) * (0.5 + chance).min(1.0);
                 stroke(place, fall, long.min(2.0 * REACH as f64 - 2.0), 0.2 + 0.8 * shade);
             }
         });
     }
     if style.hachures > 0.0 {
-        each_place(slopes, seen, scale.pixels(HACHURE_MM[0]), 2, |place, chance| {
+        each_place(slopes, seen, scale.pixels(HACHURE_MM[0]), SignDraw::Hachure, |place, chance| {
             let (fall, shade) = fall(place);
             let [least, most] = HACHURE_SLOPE;
-            let steep = ((length(fall) - least) / (most - least)).clamp(0.0, 1.0);
+            let steep = ((fall.length() - least) / (most - least)).clamp(0.0, 1.0);
             if steep > 0.0 && chance < style.hachures * (0.25 + 0.75 * shade) * (0.4 + 0.6 * steep) {
                 let long = scale.pixels(HACHURE_MM[1]) * (0.45 + 0.55 * steep);
                 stroke(place, fall, long.min(2.0 * REACH as f64 - 2.0), shade * (0.3 + 0.7 * steep));
@@ -92,33 +90,28 @@ pub(super) fn signs(
         });
     }
     if style.scree > 0.0 {
-        each_place(slopes, seen, scale.pixels(SCREE_MM), 3, |place, chance| {
+        each_place(slopes, seen, scale.pixels(SCREE_MM), SignDraw::Scree, |place, chance| {
             let (x, y) = at(place);
             if chance < f64::from(slopes.scree.at(x, y)) * style.scree {
                 // The shortest possible line: its round ends make a dot.
-                stones.push(vec![place, [place[0] + 0.02, place[1]]]);
+                stones.push(vec![place, place + dvec2(0.02, 0.0)]);
             }
         });
     }
-    let pen = |mm: f64| Pen {
-        colour: style.colour,
-        opacity: style.opacity as f32,
-        width: scale.pixels(mm) as f32,
-        dash: None,
-    };
+    let pen = |mm: f64| Pen { opacity: style.opacity as f32, ..Pen::solid(style.colour, scale.pixels(mm)) };
     let widths = (1..).zip(strokes).map(|(step, lines)| (pen(style.width_mm * f64::from(step) / WIDTHS as f64), lines));
     widths.chain([(pen(1.2 * style.width_mm), stones)]).filter(|(_, lines)| !lines.is_empty()).collect()
 }
 
 /// Calls with each point of a jittered grid that is on land within an area, and with a random number from 0 to 1.
-fn each_place(slopes: &Slopes, area: Area, step: f64, kind: u64, mut call: impl FnMut([f64; 2], f64)) {
+fn each_place(slopes: &Slopes, area: Area, step: f64, sign: SignDraw, mut call: impl FnMut(DVec2, f64)) {
     let span = |from: i64, to: i64| (from as f64 / step).floor() as i64 - 1..=(to as f64 / step).ceil() as i64;
     for j in span(area.y0, area.y1) {
         for i in span(area.x0, area.x1) {
-            let number = hash::mix(hash::mix(hash::mix(kind) ^ i as u64) ^ j as u64);
+            let number = hash::of([sign as u64, i as u64, j as u64]);
             let part = |by: u32| ((number >> by) & 0xFFFF) as f64 / 65_536.0;
-            let place = [(i as f64 + part(0)) * step, (j as f64 + part(16)) * step];
-            let (x, y) = (place[0].floor() as i64, place[1].floor() as i64);
+            let place = dvec2(i as f64 + part(0), j as f64 + part(16)) * step;
+            let (x, y) = (place.x.floor() as i64, place.y.floor() as i64);
             if area.contains(&Area::new(x, y, 1, 1)) && slopes.heights.at(x, y) > slopes.sea_level_m {
                 call(place, part(32));
             }

@@ -49,16 +49,14 @@ fn way_shares(sun: [f32; 2]) -> ([f32; 8], f32) {
 /// strengths of both.
 pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2], [sky, cast]: [f32; 2]) -> Grid<f32> {
     let wide = nodes(area);
-    let mut coarse = Grid::filled(wide, 0.0f32);
-    for (x, y) in wide.vertices() {
+    let coarse = Grid::of(wide, |x, y| {
         let corners = [[0, 0], [-NEAR, -NEAR], [NEAR, -NEAR], [-NEAR, NEAR], [NEAR, NEAR]];
         let sum: f32 = corners.iter().map(|[dx, dy]| heights.at(x * STEP + dx, y * STEP + dy)).sum();
-        coarse.row_mut(y, x, x + 1)[0] = sum / corners.len() as f32;
-    }
+        sum / corners.len() as f32
+    });
     let nodes = Area { x0: wide.x0 + FAR, y0: wide.y0 + FAR, x1: wide.x1 - FAR, y1: wide.y1 - FAR };
-    let mut seen = Grid::filled(nodes, 0.0f32);
     let (shares, all) = way_shares(sun);
-    for (x, y) in nodes.vertices() {
+    let seen = Grid::of(nodes, |x, y| {
         // The steepest rise to a node in each direction: the horizon.
         let rises = WAYS.map(|[dx, dy]| {
             let long = if dx != 0 && dy != 0 { std::f32::consts::SQRT_2 } else { 1.0 };
@@ -72,8 +70,8 @@ pub(super) fn openness(heights: &Grid<f32>, area: Area, per_m: f32, sun: [f32; 2
         let hidden = rises.iter().map(|rise| rise / (1.0 + rise * rise).sqrt()).sum::<f32>() / WAYS.len() as f32;
         let rise = rises.iter().zip(shares).map(|(rise, share)| rise * share).sum::<f32>() / all;
         let shadow = ((rise - SUN_RISE) / SOFT).clamp(0.0, 1.0);
-        seen.row_mut(y, x, x + 1)[0] = sky * (1.0 - hidden - USUAL) - cast * shadow;
-    }
+        sky * (1.0 - hidden - USUAL) - cast * shadow
+    });
     let mut shade = Grid::filled(area, 0.0f32);
     let share = |at: i64| (at.rem_euclid(STEP) as f32 + 0.5) / STEP as f32;
     let shares: [f32; STEP as usize] = std::array::from_fn(|at| share(at as i64));
@@ -106,12 +104,9 @@ mod tests {
     #[test]
     fn valleys_see_less_of_the_sky_than_ridges_and_lie_in_shadow() {
         let area = Area::new(-20, -20, 120, 60);
-        let mut heights = Grid::filled(area.padded(REACH), 0.0);
-        let all = heights.area();
-        for (x, y) in all.vertices() {
-            // North-south ridges, 80 pixels apart, with sides of 45 degrees.
-            heights.row_mut(y, x, x + 1)[0] = 400.0 - 10.0 * ((x + 40).rem_euclid(80) - 40).abs() as f32;
-        }
+        // North-south ridges, 80 pixels apart, with sides of 45 degrees.
+        let ridges = |x: i64, _| 400.0 - 10.0 * ((x + 40).rem_euclid(80) - 40).abs() as f32;
+        let heights = Grid::of(area.padded(REACH), ridges);
         let west = [-1.0, 0.0];
         let open = openness(&heights, area, 0.1, west, [1.0, 0.0]);
         let (ridge, valley) = (open.at(0, 0), open.at(40, 0));

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::error::Error;
+use crate::lines::RoadClass;
 use crate::map::font::{Face, Font, Typeface};
 use crate::preset::map::Tint;
 use crate::recipe::fault::{Fault, KeyPath};
@@ -405,6 +406,18 @@ impl TintStyle {
             Tint::Temperate => &self.temperate,
             Tint::Arid => &self.arid,
             Tint::Alpine => &self.alpine,
+        }
+    }
+}
+
+impl RoadsStyle {
+    /// Returns the style of roads of a class.
+    pub fn class(&self, class: RoadClass) -> &RoadStyle {
+        let [highway, road, track] = &self.classes;
+        match class {
+            RoadClass::Highway => highway,
+            RoadClass::Road => road,
+            RoadClass::Track => track,
         }
     }
 }

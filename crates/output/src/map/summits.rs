@@ -106,10 +106,7 @@ impl FromAfar {
         // The peak lies no further from the coarse high ground than the climb reaches.
         let reach = self.climb.reach() / stride + 1;
         let area = scale.nodes_of(pixels, self.world.spacing_m()).padded(reach as usize);
-        let side = BLOCK * CELL;
-        let span = |from: i64, to: i64| from.div_euclid(side)..=(to - 1).div_euclid(side);
-        let blocks: Vec<[i64; 2]> =
-            span(area.y0, area.y1).flat_map(|y| span(area.x0, area.x1).map(move |x| [x, y])).collect();
+        let blocks: Vec<[i64; 2]> = area.square_numbers(BLOCK * CELL).collect();
         let block = |block: &[i64; 2]| self.blocks.get(*block, || self.block(whole, *block));
         let found: Vec<Arc<Vec<Summit>>> = blocks.par_iter().map(block).collect();
         let vertices = scale.nodes_of(pixels, whole.spacing_m());
@@ -128,21 +125,16 @@ impl FromAfar {
         let land = self.world.relief().land(area.padded(CELL as usize), &Clock::default());
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut found = Vec::new();
-        for cell_y in (area.y0..area.y1).step_by(CELL as usize) {
-            for cell_x in (area.x0..area.x1).step_by(CELL as usize) {
-                stop::check();
-                let cell = Area::new(cell_x, cell_y, CELL as usize, CELL as usize);
-                let (top, height_m) = highest(&land.heights, cell);
-                let around = Area::new(top[0], top[1], 1, 1).padded((CELL * 3 / 4) as usize);
-                let around = around.common(&land.heights.area()).expect("it is in the area");
-                let lowest_m = around.vertices().map(|(x, y)| land.heights.at(x, y)).fold(f32::MAX, f32::min);
-                if highest(&land.heights, around).0 == top
-                    && height_m - lowest_m >= LEAST_RISE_M
-                    && height_m > sea_level_m
-                {
-                    let peak = self.climb.peak(top.map(|at| at * self.world.stride().vertices()));
-                    found.extend(peak.map(|peak| Summit::new(whole, peak)));
-                }
+        for cell in area.squares(CELL as usize) {
+            stop::check();
+            let (top, height_m) = highest(&land.heights, cell);
+            let around = Area::new(top[0], top[1], 1, 1).padded((CELL * 3 / 4) as usize);
+            let around = around.common(&land.heights.area()).expect("it is in the area");
+            let lowest_m = around.vertices().map(|(x, y)| land.heights.at(x, y)).fold(f32::MAX, f32::min);
+            let is_top = highest(&land.heights, around).0 == top;
+            if is_top && height_m - lowest_m >= LEAST_RISE_M && height_m > sea_level_m {
+                let peak = self.climb.peak(top.map(|at| at * self.world.stride().vertices()));
+                found.extend(peak.map(|peak| Summit::new(whole, peak)));
             }
         }
         found

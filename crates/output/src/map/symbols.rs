@@ -1,5 +1,7 @@
 //! Symbols of settlements and peaks, on maps and in their legends.
 
+use glam::DVec2;
+
 use crate::map::plotter::{Plotter, Shape};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
@@ -15,7 +17,7 @@ pub(super) fn site_px(class: SiteClass, scale: Scale) -> f64 {
 }
 
 /// Draws a settlement: a ring, with a dot inside for a town.
-pub(super) fn draw_site(plotter: &mut dyn Plotter, at: [f64; 2], class: SiteClass, scale: Scale, style: &Style) {
+pub(super) fn draw_site(plotter: &mut dyn Plotter, at: DVec2, class: SiteClass, scale: Scale, style: &Style) {
     let radius = site_px(class, scale);
     plotter.dot(at, radius, style.places.colour);
     plotter.dot(at, radius - scale.pixels(0.2), style.places.fill);
@@ -30,9 +32,9 @@ pub(super) fn peak_px(scale: Scale) -> f64 {
 }
 
 /// Draws a peak: a triangle.
-pub(super) fn draw_peak(plotter: &mut dyn Plotter, [x, y]: [f64; 2], scale: Scale, colour: Colour) {
+pub(super) fn draw_peak(plotter: &mut dyn Plotter, at: DVec2, scale: Scale, colour: Colour) {
     let half = peak_px(scale);
-    let foot = y + 0.5 * half;
-    let ring = vec![[x - half, foot], [x, y - half], [x + half, foot], [x - half, foot]];
+    let corners = [[-half, 0.5 * half], [0.0, -half], [half, 0.5 * half], [-half, 0.5 * half]];
+    let ring = corners.map(|corner| at + DVec2::from(corner)).into();
     plotter.fill(&Shape::new(vec![ring]), colour);
 }

@@ -132,18 +132,16 @@ impl MapTerrain {
         let side = i64::from(self.world.tile_cells());
         let mut nodes =
             Nodes { heights: Grid::filled(area, 0.0), ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
-        for ty in area.y0.div_euclid(side)..=(area.y1 - 1).div_euclid(side) {
-            for tx in area.x0.div_euclid(side)..=(area.x1 - 1).div_euclid(side) {
-                let id = TileId { x: tx, y: ty };
-                let (patch, own) = (self.patch(id), self.own(id));
-                let common = own.common(&area).expect("the patch was chosen by the area");
-                for y in common.y0..common.y1 {
-                    let start = ((y - own.y0) * side + common.x0 - own.x0) as usize;
-                    let range = start..start + common.width();
-                    nodes.heights.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.heights[range.clone()]);
-                    nodes.ground.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.ground[range.clone()]);
-                    nodes.cover.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.cover[range]);
-                }
+        for [x, y] in area.square_numbers(side) {
+            let id = TileId { x, y };
+            let (patch, own) = (self.patch(id), self.own(id));
+            let common = own.common(&area).expect("the patch was chosen by the area");
+            for y in common.y0..common.y1 {
+                let start = ((y - own.y0) * side + common.x0 - own.x0) as usize;
+                let range = start..start + common.width();
+                nodes.heights.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.heights[range.clone()]);
+                nodes.ground.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.ground[range.clone()]);
+                nodes.cover.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.cover[range]);
             }
         }
         nodes

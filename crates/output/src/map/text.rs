@@ -5,6 +5,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use glam::{DVec2, Vec2, dvec2, vec2};
 use harfrust::{Buffer, Direction, Feature, ShapeOptions, ShaperFont, Tag};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
@@ -12,11 +13,11 @@ use skrifa::{GlyphId, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
 use unicode_bidi::{BidiInfo, ParagraphInfo, get_base_direction};
 
-use crate::geometry::{come_along, dot, length};
+use crate::geometry::come;
 use crate::map::font::{Face, Font, Typeface};
 
 /// An oriented box: its corners in order around it.
-pub type Quad = [[f64; 2]; 4];
+pub type Quad = [DVec2; 4];
 
 /// One line of text, as glyphs with their places on a baseline that begins at 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +52,7 @@ struct ShapedGlyph {
     pen: f64,
     advance: f64,
     /// The glyph's origin.
-    at: [f64; 2],
+    at: DVec2,
     /// Bounding box of the glyph's ink: left, top, right and bottom, from the start of the baseline.
     ink: Option<[f64; 4]>,
 }
@@ -79,7 +80,7 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
             let starts = infos.iter().map(|other| range.start + other.cluster as usize);
             let end = starts.filter(|other| *other > start).min();
             let px = |units: i32| f64::from(units) * scale;
-            let at = [pen + px(position.x_offset), -px(position.y_offset)];
+            let at = dvec2(pen + px(position.x_offset), -px(position.y_offset));
             let extents = shaper.glyph_extents(GlyphId::new(info.glyph_id)).filter(|extents| extents.width != 0);
             glyphs.push(ShapedGlyph {
                 id: u16::try_from(info.glyph_id).expect("a font has at most 65,536 glyphs"),
@@ -90,7 +91,7 @@ pub fn shape(text: &str, typeface: impl Into<Typeface>, size_px: f32, spacing_em
                 at,
                 // The height is measured downwards as a negative number.
                 ink: extents.map(|ink| {
-                    let (left, top) = (at[0] + px(ink.x_bearing), at[1] - px(ink.y_bearing));
+                    let (left, top) = (at.x + px(ink.x_bearing), at.y - px(ink.y_bearing));
                     [left, top, left + px(ink.width), top - px(ink.height)]
                 }),
             });
@@ -218,15 +219,15 @@ pub struct PlacedGlyph {
     /// range.
     pub text: Range<usize>,
     /// Origin of the glyph, on the baseline.
-    pub at: [f64; 2],
+    pub at: DVec2,
     /// Reading direction as a vector of length 1: the cosine and the sine of its angle, clockwise from east.
-    pub along: [f64; 2],
+    pub along: DVec2,
 }
 
 impl PlacedGlyph {
     /// Returns the angle by which the glyph is turned, clockwise from east, in radians.
     pub fn angle(&self) -> f64 {
-        libm::atan2(self.along[1], self.along[0])
+        libm::atan2(self.along.y, self.along.x)
     }
 }
 
@@ -240,9 +241,9 @@ const SPREAD_COS: f64 = 0.5;
 
 impl Shaped {
     /// Sets the text on a straight baseline from `start` on, turned clockwise by an angle in radians.
-    pub fn at(&self, start: [f64; 2], angle: f64) -> Placed {
+    pub fn at(&self, start: DVec2, angle: f64) -> Placed {
         let mut placed = self.nowhere();
-        placed.push(&self.glyphs, 0.0, start, [libm::cos(angle), libm::sin(angle)]);
+        placed.push(&self.glyphs, 0.0, start, dvec2(libm::cos(angle), libm::sin(angle)));
         placed
     }
 
@@ -252,7 +253,7 @@ impl Shaped {
     ///
     /// Returns `None` where the text would begin before the line or end after it, or where the line bends too much for
     /// the text. Otherwise the text is set, upside down if the line leads to the west.
-    pub fn along(&self, line: &[[f64; 2]], start: f64, lift: f64) -> Option<Placed> {
+    pub fn along(&self, line: &[DVec2], start: f64, lift: f64) -> Option<Placed> {
         let measured = MeasuredLine::new(line)?;
         if start < 0.0 || start + self.width > measured.length() {
             return None;
@@ -265,9 +266,7 @@ impl Shaped {
             // Measure the direction over at least half the font size; otherwise narrow letters would turn with every
             // little bend.
             let along = measured.way(middle, half.max(0.25 * self.size_px))?;
-            let [x, y] = measured.place(middle);
-            let at = [x - along[0] * half + along[1] * lift, y - along[1] * half - along[0] * lift];
-            placed.push(letter, pen, at, along);
+            placed.push(letter, pen, measured.place(middle) - along * half - along.perp() * lift, along);
         }
         placed.bends_little().then_some(placed)
     }
@@ -287,8 +286,8 @@ impl Shaped {
 impl Placed {
     /// Adds glyphs on a straight baseline in the direction `along`. `start` is the point of the map where the pen was
     /// at `pen`.
-    fn push(&mut self, glyphs: &[ShapedGlyph], pen: f64, start: [f64; 2], along: [f64; 2]) {
-        let turn = |[x, y]: [f64; 2]| turned([x - pen, y], start, along);
+    fn push(&mut self, glyphs: &[ShapedGlyph], pen: f64, start: DVec2, along: DVec2) {
+        let turn = |at: DVec2| start + (at - dvec2(pen, 0.0)).rotate(along);
         let placed = |&ShapedGlyph { id, font, ref text, at, .. }: &ShapedGlyph| PlacedGlyph {
             id,
             font,
@@ -298,7 +297,8 @@ impl Placed {
         };
         self.glyphs.extend(glyphs.iter().map(placed));
         if let Some([left, top, right, bottom]) = ink_of(glyphs) {
-            self.boxes.push([[left, top], [right, top], [right, bottom], [left, bottom]].map(turn));
+            let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+            self.boxes.push(corners.map(|corner| turn(corner.into())));
         }
     }
 
@@ -328,10 +328,10 @@ impl Placed {
     /// True if no letter is turned far from the one before it or from the direction of the whole text.
     fn bends_little(&self) -> bool {
         let [Some(first), Some(last)] = [self.glyphs.first(), self.glyphs.last()] else { return true };
-        let whole = [last.at[0] - first.at[0], last.at[1] - first.at[1]];
-        let spread = SPREAD_COS * length(whole);
-        self.glyphs.iter().all(|glyph| dot(glyph.along, whole) >= spread)
-            && self.glyphs.windows(2).all(|pair| dot(pair[0].along, pair[1].along) >= TURN_COS)
+        let whole = last.at - first.at;
+        let spread = SPREAD_COS * whole.length();
+        self.glyphs.iter().all(|glyph| glyph.along.dot(whole) >= spread)
+            && self.glyphs.windows(2).all(|pair| pair[0].along.dot(pair[1].along) >= TURN_COS)
     }
 
     /// Returns the outlines of all glyphs relative to an origin, to be filled by the non-zero rule. `None` if there is
@@ -348,8 +348,8 @@ impl Placed {
                 scale: self.size_px / f64::from(font.metrics().units_per_em),
                 at: *at,
                 along: *along,
-                origin: origin.map(|axis| axis as f64),
-                last: [0.0; 2],
+                origin: origin.map(|axis| axis as f64).into(),
+                last: DVec2::ZERO,
             };
             let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
             // A user's font may lack an outline that its tables promise; nothing is drawn for that glyph.
@@ -359,11 +359,6 @@ impl Placed {
         }
         builder.finish()
     }
-}
-
-/// Turns a point into the direction `along` and moves it by `start`.
-fn turned([x, y]: [f64; 2], start: [f64; 2], along: [f64; 2]) -> [f64; 2] {
-    [start[0] + (x * along[0] - y * along[1]), start[1] + (x * along[1] + y * along[0])]
 }
 
 /// Number of subpixel steps of the rasteriser in a pixel.
@@ -376,47 +371,51 @@ const CURVE_ERROR_PX: f64 = 0.02;
 struct GlyphPen<'a> {
     builder: &'a mut PathBuilder,
     scale: f64,
-    at: [f64; 2],
-    along: [f64; 2],
-    origin: [f64; 2],
+    at: DVec2,
+    along: DVec2,
+    origin: DVec2,
     /// Position of the pen, in units of the font.
-    last: [f64; 2],
+    last: DVec2,
 }
 
 impl GlyphPen<'_> {
     /// Returns the point on the map, relative to the origin, for a point in units of the font.
-    fn map(&self, [x, y]: [f64; 2]) -> [f32; 2] {
-        let at = turned([x * self.scale, -y * self.scale], self.at, self.along);
+    fn map(&self, at: DVec2) -> Vec2 {
+        let at = self.at + (dvec2(at.x, -at.y) * self.scale).rotate(self.along);
         // Round before subtracting the origin; otherwise each origin would have its own rounding.
-        [0, 1].map(|axis| ((at[axis] * STEPS).round() / STEPS - self.origin[axis]) as f32)
+        ((at * STEPS).round() / STEPS - self.origin).as_vec2()
     }
 
-    fn quadratic(&mut self, control: [f64; 2], end: [f64; 2]) {
-        let ([control_x, control_y], [x, y]) = (self.map(control), self.map(end));
-        self.builder.quad_to(control_x, control_y, x, y);
+    /// Moves the pen to a point in units of the font. Returns the point on the map.
+    fn go(&mut self, x: f32, y: f32) -> Vec2 {
+        self.last = dvec2(x.into(), y.into());
+        self.map(self.last)
+    }
+
+    fn quadratic(&mut self, control: DVec2, end: DVec2) {
+        let (control, to) = (self.map(control), self.map(end));
+        self.builder.quad_to(control.x, control.y, to.x, to.y);
         self.last = end;
     }
 }
 
 impl OutlinePen for GlyphPen<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.last = [f64::from(x), f64::from(y)];
-        let [x, y] = self.map(self.last);
-        self.builder.move_to(x, y);
+        let to = self.go(x, y);
+        self.builder.move_to(to.x, to.y);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        self.last = [f64::from(x), f64::from(y)];
-        let [x, y] = self.map(self.last);
-        self.builder.line_to(x, y);
+        let to = self.go(x, y);
+        self.builder.line_to(to.x, to.y);
     }
 
     fn quad_to(&mut self, control_x: f32, control_y: f32, x: f32, y: f32) {
-        self.quadratic([f64::from(control_x), f64::from(control_y)], [f64::from(x), f64::from(y)]);
+        self.quadratic(vec2(control_x, control_y).into(), vec2(x, y).into());
     }
 
     fn curve_to(&mut self, ax: f32, ay: f32, bx: f32, by: f32, x: f32, y: f32) {
-        let cubic = [self.last, [f64::from(ax), f64::from(ay)], [f64::from(bx), f64::from(by)], [x.into(), y.into()]];
+        let cubic = [self.last, vec2(ax, ay).into(), vec2(bx, by).into(), vec2(x, y).into()];
         for [control, end] in quadratics(cubic, CURVE_ERROR_PX / self.scale) {
             self.quadratic(control, end);
         }
@@ -431,41 +430,43 @@ impl OutlinePen for GlyphPen<'_> {
 ///
 /// Based on: a quadratic curve whose control point is (3 (a + b) - start - end) / 4 is at most √3 / 36 of the cubic's
 /// third difference away. Each of n equal parts has a third difference n³ times smaller.
-fn quadratics(cubic: [[f64; 2]; 4], error: f64) -> impl Iterator<Item = [[f64; 2]; 2]> {
+fn quadratics(cubic: [DVec2; 4], error: f64) -> impl Iterator<Item = [DVec2; 2]> {
     const SHARE: f64 = 0.048_112_522;
     let [start, a, b, end] = cubic;
-    let third = [0, 1].map(|axis| end[axis] - 3.0 * b[axis] + 3.0 * a[axis] - start[axis]);
-    let least = SHARE * length(third) / error;
+    let least = SHARE * (end - 3.0 * b + 3.0 * a - start).length() / error;
     let parts = (1..16).find(|parts| f64::from(parts * parts * parts) >= least).unwrap_or(16);
     let step = 1.0 / f64::from(parts);
     // Point and derivative of the cubic curve at parameter `t`.
     let place = move |t: f64| {
         let s = 1.0 - t;
-        [0, 1].map(|i| s * s * s * start[i] + 3.0 * s * s * t * a[i] + 3.0 * s * t * t * b[i] + t * t * t * end[i])
+        s * s * s * start + 3.0 * s * s * t * a + 3.0 * s * t * t * b + t * t * t * end
     };
     let way = move |t: f64| {
         let s = 1.0 - t;
-        [0, 1].map(|i| 3.0 * (s * s * (a[i] - start[i]) + 2.0 * s * t * (b[i] - a[i]) + t * t * (end[i] - b[i])))
+        3.0 * (s * s * (a - start) + 2.0 * s * t * (b - a) + t * t * (end - b))
     };
     (0..parts).map(move |part| {
         let (from, to) = (f64::from(part) * step, f64::from(part + 1) * step);
         let (first, last) = (place(from), if part + 1 == parts { end } else { place(to) });
-        let (leaves, arrives) = (way(from), way(to));
-        let control = [0, 1].map(|i| 0.5 * (first[i] + last[i]) + 0.25 * step * (leaves[i] - arrives[i]));
-        [control, last]
+        [first.midpoint(last) + 0.25 * step * (way(from) - way(to)), last]
     })
 }
 
 /// A polyline with the distance along it to each of its points.
 pub(super) struct MeasuredLine<'a> {
-    line: &'a [[f64; 2]],
+    line: &'a [DVec2],
     come: Vec<f64>,
+}
+
+/// Returns the length of a polyline.
+pub(super) fn length(line: &[DVec2]) -> f64 {
+    line.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
 }
 
 impl MeasuredLine<'_> {
     /// Returns `None` for a line of fewer than two points or of no length.
-    pub fn new(line: &[[f64; 2]]) -> Option<MeasuredLine<'_>> {
-        let come = come_along(line);
+    pub fn new(line: &[DVec2]) -> Option<MeasuredLine<'_>> {
+        let come = come(line.windows(2).map(|pair| pair[0].distance(pair[1])));
         (line.len() > 1 && come[line.len() - 1] > 0.0).then_some(MeasuredLine { line, come })
     }
 
@@ -476,27 +477,26 @@ impl MeasuredLine<'_> {
 
     /// Returns the point at a distance along the line. Before its start and after its end, the first and the last
     /// segment are extended.
-    pub fn place(&self, distance: f64) -> [f64; 2] {
+    pub fn place(&self, distance: f64) -> DVec2 {
         let after = self.come.partition_point(|come| *come <= distance).clamp(1, self.line.len() - 1);
         let (from, to) = (self.line[after - 1], self.line[after]);
         let step = self.come[after] - self.come[after - 1];
         let share = if step > 0.0 { (distance - self.come[after - 1]) / step } else { 0.0 };
-        [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share)
+        from + (to - from) * share
     }
 
     /// The corners of the line that lie between two distances along it.
-    pub fn between(&self, from: f64, to: f64) -> &[[f64; 2]] {
+    pub fn between(&self, from: f64, to: f64) -> &[DVec2] {
         let first = self.come.partition_point(|come| *come <= from);
         &self.line[first..self.come.partition_point(|come| *come < to).max(first)]
     }
 
     /// Returns the direction of the line at a distance along it, as a vector of length 1 from `half` before to `half`
     /// after it. `None` where these two points coincide.
-    fn way(&self, distance: f64, half: f64) -> Option<[f64; 2]> {
-        let (from, to) = (self.place(distance - half), self.place(distance + half));
-        let way = [to[0] - from[0], to[1] - from[1]];
-        let length = length(way);
-        (length > 0.0).then(|| way.map(|axis| axis / length))
+    fn way(&self, distance: f64, half: f64) -> Option<DVec2> {
+        let way = self.place(distance + half) - self.place(distance - half);
+        let length = way.length();
+        (length > 0.0).then(|| way / length)
     }
 }
 
@@ -510,10 +510,10 @@ mod tests {
         let characters = ('a'..='z').chain('A'..='Z').chain('0'..='9').chain("äöüßéèøåñç'-.".chars());
         for character in characters {
             for face in Face::ALL {
-                let placed = shape(&character.to_string(), face, 20.0, 0.0).at([3.0, 30.0], 0.0);
+                let placed = shape(&character.to_string(), face, 20.0, 0.0).at(dvec2(3.0, 30.0), 0.0);
                 assert!(placed.glyphs.iter().all(|glyph| glyph.id != 0), "{face:?} lacks {character}");
                 let bounds = placed.path([0, 0]).expect("a letter leaves ink").bounds();
-                let [[left, top], _, [right, bottom], _] = placed.boxes[0].map(|corner| corner.map(|axis| axis as f32));
+                let [[left, top], _, [right, bottom], _] = placed.boxes[0].map(|corner| corner.as_vec2().to_array());
                 let ends = [left - bounds.left(), top - bounds.top(), bounds.right() - right, bounds.bottom() - bottom];
                 // The tolerance covers rounding to subpixels, extents in whole units of the font, and control points
                 // outside their curves.
@@ -553,11 +553,11 @@ mod tests {
     #[test]
     fn hebrew_stands_from_right_to_left_between_what_does_not() {
         let text = "Alp \u{5e2}\u{5d1}\u{5e8} 12";
-        let placed = shape(text, Face::Regular, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let placed = shape(text, Face::Regular, 20.0, 0.0).at(DVec2::ZERO, 0.0);
         let read: String = placed.glyphs.iter().map(|glyph| &text[glyph.text.clone()]).collect();
         // Numbers after Hebrew stand to its left, but their digits are read from left to right.
         assert_eq!(read, "Alp 12 \u{5e8}\u{5d1}\u{5e2}");
-        assert!(placed.glyphs.windows(2).all(|pair| pair[0].at[0] < pair[1].at[0]));
+        assert!(placed.glyphs.windows(2).all(|pair| pair[0].at.x < pair[1].at.x));
         assert_eq!(placed.missing().count(), 0);
         assert!(is_right_to_left("\u{5e2}!") && !is_right_to_left(text) && !is_right_to_left("12"));
     }
@@ -568,7 +568,7 @@ mod tests {
         let typeface = Typeface { face: Face::Italic, own: Some(own) };
         // The face has no Arabic, and neither font has Chinese.
         let text = "Alp \u{644}\u{628} \u{65e5}";
-        let placed = shape(text, typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let placed = shape(text, typeface, 20.0, 0.0).at(DVec2::ZERO, 0.0);
         let fonts: Vec<(&str, Font)> =
             placed.glyphs.iter().map(|glyph| (&text[glyph.text.clone()], glyph.font)).collect();
         assert!(fonts[..4].iter().all(|(_, font)| *font == own), "{fonts:?}");
@@ -577,16 +577,16 @@ mod tests {
         let arabic: Vec<&str> = fonts.iter().map(|(text, _)| *text).filter(|text| *text >= "\u{600}").collect();
         assert_eq!(arabic[..2], ["\u{628}", "\u{644}"]);
         assert!(placed.path([0, 0]).is_some());
-        let plain = shape("Tiefffluss \u{5e2}\u{5d1}", typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let plain = shape("Tiefffluss \u{5e2}\u{5d1}", typeface, 20.0, 0.0).at(DVec2::ZERO, 0.0);
         assert!(!plain.is_joined());
         // A letter that the file lacks comes from the face.
-        let rare = shape("A\u{1f7}", typeface, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let rare = shape("A\u{1f7}", typeface, 20.0, 0.0).at(DVec2::ZERO, 0.0);
         assert_eq!(rare.glyphs.iter().map(|glyph| glyph.font).collect::<Vec<_>>(), [own, Face::Italic.font()]);
     }
 
     #[test]
     fn letters_that_a_font_lacks_are_told() {
-        let placed = shape("Alp \u{65e5}\u{672c} \u{628}", Face::Italic, 20.0, 0.0).at([0.0, 0.0], 0.0);
+        let placed = shape("Alp \u{65e5}\u{672c} \u{628}", Face::Italic, 20.0, 0.0).at(DVec2::ZERO, 0.0);
         assert_eq!(placed.missing().collect::<String>(), "\u{65e5}\u{672c}\u{628}");
     }
 
@@ -594,14 +594,14 @@ mod tests {
     fn along_a_straight_line_text_is_straight() {
         let shaped = shape("Große Ache", Face::Italic, 30.0, 0.1);
         let angle = 0.4;
-        let along = [libm::cos(angle), libm::sin(angle)];
-        let line = [0.0, 90.0, 91.0, 400.0].map(|far| [50.0 + along[0] * far, 70.0 + along[1] * far]);
-        let start = [50.0 + along[0] * 20.0 + along[1] * 5.0, 70.0 + along[1] * 20.0 - along[0] * 5.0];
+        let (origin, along) = (dvec2(50.0, 70.0), dvec2(libm::cos(angle), libm::sin(angle)));
+        let line = [0.0, 90.0, 91.0, 400.0].map(|far| origin + along * far);
+        let start = origin + along * 20.0 - along.perp() * 5.0;
         let (straight, bent) = (shaped.at(start, angle), shaped.along(&line, 20.0, 5.0).expect("the line is long"));
         assert_eq!(straight.glyphs.len(), bent.glyphs.len());
         for (one, other) in straight.glyphs.iter().zip(&bent.glyphs) {
             assert_eq!((one.id, &one.text), (other.id, &other.text));
-            assert!(length([one.at[0] - other.at[0], one.at[1] - other.at[1]]) < 1e-9);
+            assert!(one.at.distance(other.at) < 1e-9);
             assert!((one.angle() - angle).abs() < 1e-12 && (other.angle() - angle).abs() < 1e-12);
         }
     }
@@ -609,41 +609,39 @@ mod tests {
     #[test]
     fn text_follows_a_bow_but_no_corner() {
         let shaped = shape("Steinbach", Face::Italic, 20.0, 0.0);
-        let bow: Vec<[f64; 2]> = (0..60)
-            .map(|step| f64::from(step) * 0.05)
-            .map(|t| [-150.0 * libm::cos(t), -150.0 * libm::sin(t)])
-            .collect();
+        let bow: Vec<DVec2> =
+            (0..60).map(|step| f64::from(step) * 0.05).map(|t| -150.0 * dvec2(libm::cos(t), libm::sin(t))).collect();
         let placed = shaped.along(&bow, 200.0 - 0.5 * shaped.width, 0.0).expect("the bow is wide");
         assert!(placed.glyphs.windows(2).all(|pair| pair[0].angle() < pair[1].angle()));
         assert_eq!(placed.boxes.len(), 9);
-        let corner = [[0.0, 0.0], [60.0, 0.0], [60.0, 60.0]];
+        let corner = [DVec2::ZERO, dvec2(60.0, 0.0), dvec2(60.0, 60.0)];
         assert_eq!(shaped.along(&corner, 10.0, 0.0), None);
-        let back = [[0.0, 0.0], [60.0, 0.0], [0.0, 0.0]];
+        let back = [DVec2::ZERO, dvec2(60.0, 0.0), DVec2::ZERO];
         assert_eq!(shaped.along(&back, 10.0, 0.0), None);
     }
 
     #[test]
     fn text_that_does_not_fit_on_its_line_is_not_set() {
         let shaped = shape("Steinbach", Face::Regular, 20.0, 0.0);
-        let line = [[0.0, 0.0], [shaped.width + 10.0, 0.0]];
+        let line = [DVec2::ZERO, dvec2(shaped.width + 10.0, 0.0)];
         assert!(shaped.along(&line, 10.0, 0.0).is_some());
         assert_eq!(shaped.along(&line, 10.5, 0.0), None);
         assert_eq!(shaped.along(&line, -0.5, 0.0), None);
         assert_eq!(shaped.along(&line[..1], 0.0, 0.0), None);
-        assert_eq!(shaped.along(&[[1.0, 1.0]; 2], 0.0, 0.0), None);
+        assert_eq!(shaped.along(&[DVec2::ONE; 2], 0.0, 0.0), None);
     }
 
     #[test]
     fn text_without_ink_has_neither_boxes_nor_a_path() {
         for text in ["", " "] {
-            let placed = shape(text, Face::Regular, 20.0, 0.0).at([0.0, 0.0], 0.0);
+            let placed = shape(text, Face::Regular, 20.0, 0.0).at(DVec2::ZERO, 0.0);
             assert_eq!((placed.boxes.len(), placed.path([0, 0])), (0, None));
         }
     }
 
     #[test]
     fn a_path_has_the_same_shape_from_every_origin() {
-        let at = [40_000.3, 50_000.7];
+        let at = dvec2(40_000.3, 50_000.7);
         let placed = shape("Sarnbruck", Face::Bold, 33.0, 0.0).at(at, 0.3);
         let (far, near) = (placed.path([0, 0]).unwrap(), placed.path([39_990, 49_980]).unwrap());
         for (far, near) in far.points().iter().zip(near.points()) {
@@ -654,19 +652,19 @@ mod tests {
     #[test]
     fn quadratic_curves_follow_a_cubic_one() {
         // An S, whose middle a single quadratic curve would miss.
-        let cubic = [[0.0, 0.0], [100.0, 0.0], [0.0, 80.0], [100.0, 80.0]];
+        let cubic = [[0.0, 0.0], [100.0, 0.0], [0.0, 80.0], [100.0, 80.0]].map(DVec2::from);
         let point = |t: f64| {
             let s = 1.0 - t;
             let weights = [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t];
-            [0, 1].map(|axis| (0..4).map(|i| weights[i] * cubic[i][axis]).sum::<f64>())
+            (0..4).map(|i| weights[i] * cubic[i]).sum::<DVec2>()
         };
         let mut from = cubic[0];
         for [control, to] in quadratics(cubic, 0.02) {
             for t in [0.25, 0.5, 0.75] {
                 let s = 1.0 - t;
-                let at = [0, 1].map(|i| s * s * from[i] + 2.0 * s * t * control[i] + t * t * to[i]);
+                let at = s * s * from + 2.0 * s * t * control + t * t * to;
                 let away = (0..=10_000).map(|step| point(f64::from(step) / 10_000.0));
-                let nearest = away.map(|on| length([on[0] - at[0], on[1] - at[1]])).fold(f64::MAX, f64::min);
+                let nearest = away.map(|on| on.distance(at)).fold(f64::MAX, f64::min);
                 assert!(nearest < 0.03, "{nearest}");
             }
             from = to;

@@ -7,25 +7,17 @@
 //! both parts, until all vertices are near enough. The bound decides how often a row is split, but not where: so the
 //! vertices for a coarser bound are among those for a finer one.
 
+use crate::geometry::simplified;
+
 /// Returns the indices of the vertices to keep of a row of heights, ascending, always with the first and the last. No
 /// height lies further than `bound` from the line between the two kept heights around it, in the unit of the heights.
 pub fn chain(heights: &[i32], bound: f64) -> Vec<u32> {
-    // Use two lists, because recursion could go as deep as a row has vertices.
-    let mut kept = vec![0];
-    // Ends of the parts that are still to do, the nearest last.
-    let mut ends = vec![heights.len() - 1];
-    while let Some(&end) = ends.last() {
-        let start = kept[kept.len() - 1] as usize;
-        match furthest(heights, start, end) {
-            // `furthest` returns the distance times the length: a whole number, so the comparison is exact.
-            Some((middle, error)) if error > bound * (end - start) as f64 => ends.push(middle),
-            _ => {
-                kept.push(end as u32);
-                ends.pop();
-            }
-        }
-    }
-    kept
+    let split = |start: usize, end: usize| {
+        // `furthest` returns the distance times the length: a whole number, so the comparison is exact.
+        let (middle, error) = furthest(heights, start, end)?;
+        (error > bound * (end - start) as f64).then_some(middle)
+    };
+    simplified(heights.len(), split).into_iter().map(|index| index as u32).collect()
 }
 
 /// Finds the index between `start` and `end` whose height is furthest from the line between their heights; of equal

@@ -3,9 +3,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::Triangulation;
 
-use super::waterline::{WaterPoint, Waterlines, snapped};
+use super::constrained::{CutVertex, constrained};
+use super::waterline::{WaterPoint, Waterlines};
 use super::{Ground, GroundVertex, PARTS, Surface};
 use crate::area::Area;
 use crate::grid::Grid;
@@ -116,17 +117,15 @@ impl Builder {
 
     /// Adds a piece of a shore or a bank, cut where it crosses from cell to cell.
     fn add_piece(&mut self, from: &WaterPoint, to: &WaterPoint) {
-        let along = [0, 1].map(|axis| to.place[axis] - from.place[axis]);
         let mut shares: Vec<(f64, WaterPoint)> = vec![(0.0, *from), (1.0, *to)];
         for axis in 0..2 {
             let (low, high) = (from.place[axis].min(to.place[axis]), from.place[axis].max(to.place[axis]));
             for line in low.div_euclid(CELL) + 1..=(high - 1).div_euclid(CELL) {
-                let share = (line * CELL - from.place[axis]) as f64 / along[axis] as f64;
-                let mut place = [0, 1].map(|axis| from.place[axis] + snapped(along[axis] as f64 * share, self.grain));
-                place[axis] = line * CELL;
-                let mix = |from: f32, to: f32| from + (to - from) * share as f32;
-                let (level_m, ground_m) = (mix(from.level_m, to.level_m), mix(from.ground_m, to.ground_m));
-                shares.push((share, WaterPoint { place, level_m, ground_m }));
+                let along = to.place[axis] - from.place[axis];
+                let share = (line * CELL - from.place[axis]) as f64 / along as f64;
+                let mut point = from.towards(to, share, self.grain);
+                point.place[axis] = line * CELL;
+                shares.push((share, point));
             }
         }
         shares.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -147,35 +146,18 @@ impl Builder {
     }
 }
 
-/// A vertex of a cell: its place, and its index in the ground.
-#[derive(Clone, Copy)]
-struct Corner {
-    place: [i64; 2],
-    number: u32,
-}
-
-impl HasPosition for Corner {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        let [x, y] = self.place;
-        Point2::new(x as f64, y as f64)
-    }
-}
-
 impl Touched {
     /// Adds the triangles of the cell to the ground.
     fn triangulate(&self, corners: [u32; 4], ground: &mut Ground) {
-        let corner = |&number: &u32| Corner { place: ground.vertices[number as usize].place.map(i64::from), number };
-        let vertices: Vec<Corner> = corners.iter().chain(&self.points).map(corner).collect();
+        // Vertices of the cell, with their indices in the ground.
+        let corner = |&is: &u32| CutVertex { place: ground.vertices[is as usize].place.map(i64::from), is };
+        let vertices: Vec<CutVertex<u32>> = corners.iter().chain(&self.points).map(corner).collect();
         let index = |place: [i64; 2]| vertices.iter().position(|vertex| vertex.place == place);
         let pieces = self.pieces.iter().filter_map(|[from, to]| Some([index(*from)?, index(*to)?]));
-        let pieces: Vec<[usize; 2]> = pieces.filter(|[from, to]| from != to).collect();
-        let cut = ConstrainedDelaunayTriangulation::<Corner>::try_bulk_load_cdt(vertices, pieces, |_| {})
-            .expect("places are whole numbers");
-        for face in cut.inner_faces() {
+        let pieces: Vec<[usize; 2]> = pieces.collect();
+        for face in constrained(vertices, pieces.into_iter()).inner_faces() {
             // Spade turns counter-clockwise with y up, which is clockwise with y south.
-            let [a, b, c] = face.vertices().map(|vertex| vertex.data().number);
+            let [a, b, c] = face.vertices().map(|vertex| vertex.data().is);
             ground.triangles.push([a, c, b]);
         }
     }

@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
-use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::{CdtEdge, Triangulation};
 
+use super::constrained::{CutVertex, EdgedTriangulation, constrained};
 use super::cut_cells;
 use super::waterline::Waterlines;
 use super::{Facet, Surface};
@@ -64,27 +65,24 @@ impl Ground {
         // would not meet.
         let taken: HashSet<[i64; 2]> = points.iter().map(|point| point.place).collect();
         let crowd = Crowd::new(&points);
-        let mut vertices: Vec<CutVertex> = Vec::with_capacity(surface.vertices.len() + points.len());
+        let mut vertices: Vec<CutVertex<f32>> = Vec::with_capacity(surface.vertices.len() + points.len());
         for at in &surface.vertices {
             let place = at.map(|at| i64::from(at) * i64::from(PARTS));
             let inner = place.iter().all(|at| *at > 0 && *at < side);
             if taken.contains(&place) || inner && crowd.has_near(place) {
                 continue;
             }
-            vertices.push(CutVertex { place, height_m: waters.lowered(*at, height(heights, area, *at)) });
+            vertices.push(CutVertex { place, is: waters.lowered(*at, height(heights, area, *at)) });
         }
-        vertices.extend(points.iter().map(|point| CutVertex { place: point.place, height_m: point.ground_m }));
+        vertices.extend(points.iter().map(|point| CutVertex { place: point.place, is: point.ground_m }));
         let numbers: HashMap<[i64; 2], usize> =
             vertices.iter().enumerate().map(|(number, vertex)| (vertex.place, number)).collect();
         let edges = waters.pieces().map(|(_, ends)| ends.map(|end| numbers[&end]));
-        let edges = edges.filter(|[from, to]| from != to).collect();
-        // Banks may cross each other at a mouth. Such crossings are left to the triangulation.
-        let mut cut = ConstrainedDelaunayTriangulation::<CutVertex>::try_bulk_load_cdt(vertices, edges, |_| {})
-            .expect("places are whole numbers");
+        let mut cut = constrained(vertices, edges);
         refine(&mut cut, heights, area, waters, bound_m);
         let vertices = cut.vertices().map(|vertex| {
-            let CutVertex { place, height_m } = *vertex.data();
-            GroundVertex { place: place.map(|at| at as u32), height_m }
+            let CutVertex { place, is } = *vertex.data();
+            GroundVertex { place: place.map(|at| at as u32), height_m: is }
         });
         let corner = |vertex: FixedVertexHandle| vertex.index() as u32;
         let triangles = cut.inner_faces().map(|face| {
@@ -106,38 +104,21 @@ fn height(heights: &Grid<f32>, area: Area, [column, row]: [u32; 2]) -> f32 {
     heights.at(area.x0 + i64::from(column), area.y0 + i64::from(row))
 }
 
-/// A vertex during triangulation.
-#[derive(Clone, Copy, Debug)]
-struct CutVertex {
-    place: [i64; 2],
-    height_m: f32,
-}
-
-impl HasPosition for CutVertex {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        let [x, y] = self.place;
-        Point2::new(x as f64, y as f64)
-    }
-}
-
-type Cut = ConstrainedDelaunayTriangulation<CutVertex>;
-type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex, (), CdtEdge<()>, ()>;
+type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex<f32>, (), CdtEdge<()>, ()>;
 
 /// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
 /// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
 /// surface's.
-fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
+fn refine(cut: &mut EdgedTriangulation<f32>, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
     // Keep faces by their corners, since face numbers change.
     let corners = |face: CutFace| face.vertices().map(|vertex| *vertex.data());
-    let mut open: Vec<[CutVertex; 3]> = cut.inner_faces().map(corners).collect();
+    let mut open: Vec<[CutVertex<f32>; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
         stop::check();
         let Some(at) = furthest(triangle, heights, area, waters, bound_m) else { continue };
         // A triangle that has been replaced may still be looked at. The triangles that replaced it are looked at too.
         let place = at.map(|at| i64::from(at) * i64::from(PARTS));
-        let vertex = CutVertex { place, height_m: height(heights, area, at) };
+        let vertex = CutVertex { place, is: height(heights, area, at) };
         let before = cut.num_vertices();
         let Ok(handle) = cut.insert(vertex) else { continue };
         if cut.num_vertices() > before {
@@ -148,7 +129,7 @@ fn refine(cut: &mut Cut, heights: &Grid<f32>, area: Area, waters: &Waterlines, b
 
 /// Finds the vertex of the raster that is furthest from a triangle, beyond the bound and not under water.
 fn furthest(
-    triangle: [CutVertex; 3],
+    triangle: [CutVertex<f32>; 3],
     heights: &Grid<f32>,
     area: Area,
     waters: &Waterlines,
@@ -156,7 +137,7 @@ fn furthest(
 ) -> Option<[u32; 2]> {
     let [a, b, c] = triangle;
     let facet = Facet([a, c, b].map(|vertex| vertex.place.map(|at| at as i32)));
-    let corners_m = [a, c, b].map(|vertex| f64::from(vertex.height_m));
+    let corners_m = [a, c, b].map(|vertex| f64::from(vertex.is));
     let whole = facet.whole() as f64;
     let mut worst: Option<(f64, [u32; 2])> = None;
     for span in facet.spans() {

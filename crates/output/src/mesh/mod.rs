@@ -8,6 +8,7 @@
 //!   greedy.rs           heights, bound -> border, then the vertex furthest from the surface, again and again
 //!   waterline.rs        rivers, water levels -> banks and shores     water.rs   banks and shores -> flat sheets
 //!   ground.rs           surface, banks and shores -> the ground      cut_cells.rs   the same with every vertex
+//!   constrained.rs  triangulations with given edges, for these
 //!   facet.rs            triangle -> the vertices of the raster in it, in spans of rows
 //!   ribbon.rs           roads -> strips, decks
 //!   footprint.rs        strips, ends of roads -> roads in plan without overlaps     polygon.rs   convex polygons
@@ -17,6 +18,7 @@
 
 mod border;
 mod cut_cells;
+mod constrained;
 mod delaunay;
 mod drape;
 mod facet;

@@ -3,12 +3,14 @@
 use std::cmp::Reverse;
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::Ground;
 use super::drape::draped;
 use super::footprint::{RoadCorner, RoadPatch, footprint};
 use super::polygon::{TilePoint, UNITS, bounds, doubled_area};
 use crate::area::Area;
-use crate::geometry::{come, length};
+use crate::geometry::{come, furthest, simplified};
 use crate::lines::{Line, LineKind, LinePoint, Lines, StructureKind};
 use crate::world::World;
 
@@ -81,15 +83,15 @@ struct RibbonPoint {
 
 impl RibbonPoint {
     /// Returns the vector to another point, in vertices east and south.
-    fn way(&self, to: &RibbonPoint) -> [f64; 2] {
-        [0, 1].map(|axis| in_cells(to.place[axis] - self.place[axis]))
+    fn way(&self, to: &RibbonPoint) -> DVec2 {
+        cells_between(self.place, to.place)
     }
 
     /// Returns the point at a share of the way to another point.
     fn towards(&self, to: &RibbonPoint, share: f64) -> RibbonPoint {
         let mix = |from: f64, to: f64| from + (to - from) * share;
         RibbonPoint {
-            place: [0, 1].map(|axis| self.place[axis] + in_units(in_cells(to.place[axis] - self.place[axis]) * share)),
+            place: [0, 1].map(|axis| self.place[axis] + in_units(self.way(to)[axis] * share)),
             half_width_m: mix(self.half_width_m, to.half_width_m),
             height_m: mix(self.height_m, to.height_m),
         }
@@ -98,6 +100,11 @@ impl RibbonPoint {
 
 fn in_cells(units: i64) -> f64 {
     units as f64 / UNITS as f64
+}
+
+/// Returns the vector from one place to another, in cells.
+fn cells_between(from: TilePoint, to: TilePoint) -> DVec2 {
+    [0, 1].map(|axis| in_cells(to[axis] - from[axis])).into()
 }
 
 fn in_units(cells: f64) -> i64 {
@@ -174,12 +181,12 @@ impl RibbonBuilder<'_> {
         let ends: Vec<RibbonPoint> = road.points.iter().map(point).collect();
         let (mut points, mut carriers) = (Vec::new(), Vec::new());
         for (pair, carrier) in ends.windows(2).zip(road.carriers()) {
-            let parts = (length(pair[0].way(&pair[1])) / LONGEST).ceil().max(1.0) as usize;
+            let parts = (pair[0].way(&pair[1]).length() / LONGEST).ceil().max(1.0) as usize;
             points.extend((0..parts).map(|part| pair[0].towards(&pair[1], part as f64 / parts as f64)));
             carriers.extend(vec![carrier; parts]);
         }
         points.extend(ends.last());
-        let along: Vec<f64> = come(points.windows(2).map(|pair| length(pair[0].way(&pair[1]))));
+        let along: Vec<f64> = come(points.windows(2).map(|pair| pair[0].way(&pair[1]).length()));
         let bases = bases(&carriers, &along);
         for (end, base) in [(0, bases[0]), (points.len() - 1, bases[bases.len() - 1])] {
             if base == Some(Base::Ground) {
@@ -255,9 +262,8 @@ impl RibbonBuilder<'_> {
         let miss = |first: &Section, at: &Section, last: &Section| {
             let share = (at.come - first.come) / (last.come - first.come).max(1e-6);
             let aside = |corner: fn(&Section) -> TilePoint| {
-                let (from, to, here) = (corner(first), corner(last), corner(at));
-                let way = |place: TilePoint, axis: usize| in_cells(place[axis] - from[axis]);
-                length([0, 1].map(|axis| way(here, axis) - way(to, axis) * share))
+                let way = |to: &Section| cells_between(corner(first), corner(to));
+                (way(at) - way(last) * share).length()
             };
             let aside = aside(|section| section.left).max(aside(|section| section.right)) / self.tolerance;
             let Some(spacing_m) = spacing_m else { return aside };
@@ -265,21 +271,13 @@ impl RibbonBuilder<'_> {
             let up_m = (self.tolerance * spacing_m).max(LIFT_M);
             aside.max(above_m / up_m).max(-above_m / (0.75 * LIFT_M))
         };
-        let last = sections.len() - 1;
-        let mut kept = vec![false; sections.len()];
-        (kept[0], kept[last]) = (true, true);
-        let mut open = vec![(0, last)];
-        while let Some((first, last)) = open.pop() {
-            let off = (first + 1..last).map(|at| (miss(&sections[first], &sections[at], &sections[last]), at));
-            let Some((off, worst)) = off.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-            let is_long = spacing_m.is_none() && sections[last].come - sections[first].come > LONGEST;
-            if off > 1.0 || is_long {
-                let at = if off > 1.0 { worst } else { first.midpoint(last) };
-                kept[at] = true;
-                open.extend([(first, at), (at, last)]);
-            }
-        }
-        sections.iter().zip(kept).filter_map(|(section, kept)| kept.then_some(*section)).collect()
+        let split = |first: usize, last: usize| {
+            let (start, end) = (&sections[first], &sections[last]);
+            let (worst, off) = furthest(first, last, |at| miss(start, &sections[at], end))?;
+            let is_long = spacing_m.is_none() && end.come - start.come > LONGEST;
+            if off > 1.0 { Some(worst) } else { is_long.then(|| first.midpoint(last)) }
+        };
+        simplified(sections.len(), split).into_iter().map(|at| sections[at]).collect()
     }
 }
 
@@ -315,7 +313,7 @@ struct Section {
     come: f64,
     /// The same distance in road widths, so that a texture is not stretched.
     along: f32,
-    ahead: [f64; 2],
+    ahead: DVec2,
     up: [f32; 3],
 }
 
@@ -325,10 +323,10 @@ impl Section {
         let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
         let way = before.way(&after);
         // Neighbouring points may coincide: then there is no direction, but no NaN either.
-        let far = length(way).max(1e-9);
-        let ahead = way.map(|axis| axis / far);
+        let far = way.length().max(1e-9);
+        let ahead = way / far;
         // With x east and y south, left of east is north.
-        let aside = [ahead[1], -ahead[0]].map(|axis| in_units(axis * point.half_width_m / spacing_m));
+        let aside = (-ahead.perp() * point.half_width_m / spacing_m).to_array().map(in_units);
         let grade = (after.height_m - before.height_m) / (far * spacing_m);
         let up = 1.0 / (1.0 + grade * grade).sqrt();
         Section {
@@ -341,7 +339,7 @@ impl Section {
             come: along[index],
             along: (along[index] * spacing_m / (2.0 * point.half_width_m).max(1e-3)) as f32,
             ahead,
-            up: [-ahead[0] * grade * up, up, -ahead[1] * grade * up].map(|axis| axis as f32),
+            up: [-ahead.x * grade * up, up, -ahead.y * grade * up].map(|axis| axis as f32),
         }
     }
 
@@ -388,14 +386,14 @@ fn strip(kind: RibbonKind, sections: &[Section]) -> Ribbon {
 /// Creates a slab from the first section to the last, with a top, two sides, a bottom and two ends.
 fn deck(sections: &[Section]) -> Ribbon {
     let mut ribbon = strip(RibbonKind::Bridge, sections);
-    let leftwards = |section: &Section| [section.ahead[1] as f32, 0.0, -section.ahead[0] as f32];
+    let leftwards = |section: &Section| [section.ahead.y as f32, 0.0, -section.ahead.x as f32];
     ribbon.add_face(sections, [LEFT_LOW, LEFT_TOP], leftwards);
     ribbon.add_face(sections, [RIGHT_TOP, RIGHT_LOW], |section| leftwards(section).map(|axis| -axis));
     ribbon.add_face(sections, [RIGHT_LOW, LEFT_LOW], |section| section.up.map(|axis| -axis));
     // The ends.
     let (start, end) = (&sections[0], &sections[sections.len() - 1]);
     for (section, ahead) in [(start, -1.0), (end, 1.0)] {
-        let normal = [section.ahead[0] as f32 * ahead, 0.0, section.ahead[1] as f32 * ahead];
+        let normal = [section.ahead.x as f32 * ahead, 0.0, section.ahead.y as f32 * ahead];
         let first = ribbon.vertices.len() as u32;
         for (corner, across) in [(LEFT_TOP, 0.0), (RIGHT_TOP, 1.0), (RIGHT_LOW, 1.0), (LEFT_LOW, 0.0)] {
             ribbon.vertices.push(section.vertex(corner, normal, across));
@@ -442,11 +440,7 @@ mod tests {
 
     /// Makes hilly ground, with metres of difference between neighbouring vertices.
     fn hilly(area: Area) -> Ground {
-        let mut heights = Grid::filled(area, 0.0);
-        for y in area.y0..area.y1 {
-            (area.x0..area.x1)
-                .for_each(|x| heights.row_mut(y, x, x + 1)[0] = (combine(x as u64, y as u64) % 1000) as f32 * 0.01);
-        }
+        let heights = Grid::of(area, |x, y| (combine(x as u64, y as u64) % 1000) as f32 * 0.01);
         Ground::new(&Surface::full(area.width() as u32 - 1), &heights, area)
     }
 
@@ -467,10 +461,7 @@ mod tests {
         let ridge_m = |x: i64| if (-59..=-50).contains(&x) { 90.0 } else { 50.0 };
         let kind = |x: i64| (-60..=-49).contains(&x).then_some(StructureKind::Tunnel);
         let line = road((-70..=-39).map(|x| ([x as f64 + 0.5, 20.0], 50.0, kind(x))), 8.0);
-        let mut heights = Grid::filled(area, 50.0);
-        for y in area.y0..area.y1 {
-            (area.x0..area.x1).for_each(|x| heights.row_mut(y, x, x + 1)[0] = ridge_m(x));
-        }
+        let mut heights = Grid::of(area, |x, _| ridge_m(x));
         Imprint::new(&heights, None, [&line]).expect("the road is here").shape(&mut heights, None);
         let ground = Ground::new(&Surface::full(32), &heights, area);
         let all = ribbons(&area, &[Arc::new(line)], &ground, 0.01);

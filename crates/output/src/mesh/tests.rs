@@ -14,13 +14,7 @@ const BOUNDS_M: [f64; 6] = [0.001, 0.3, 1.0, 4.0, 30.0, 1e9];
 /// Makes a grid of heights by a rule, for a tile that is not at the origin.
 fn grid(cells: usize, height_m: impl Fn(i64, i64) -> f32) -> Grid<f32> {
     let area = Area::new(-70, 9, cells + 1, cells + 1);
-    let mut grid = Grid::filled(area, 0.0);
-    for y in 0..=cells as i64 {
-        for x in 0..=cells as i64 {
-            grid.row_mut(area.y0 + y, area.x0 + x, area.x0 + x + 1)[0] = height_m(x, y);
-        }
-    }
-    grid
+    Grid::of(area, |x, y| height_m(x - area.x0, y - area.y0))
 }
 
 fn chance(x: i64, y: i64) -> f32 {

@@ -2,10 +2,11 @@
 
 use std::collections::{HashMap, HashSet};
 
+use spade::Triangulation;
 use spade::handles::FixedVertexHandle;
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use super::PARTS;
+use super::constrained::{CutVertex, constrained};
 use super::waterline::{WaterPoint, Waterlines};
 use crate::land::WaterKind;
 
@@ -20,24 +21,6 @@ pub struct WaterSheet {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A vertex of the triangulation of the water's surface.
-#[derive(Clone, Copy, Debug)]
-struct SurfacePoint {
-    place: [i64; 2],
-    level_m: f32,
-    /// The water whose edge the point lies on, or in which it lies.
-    kind: WaterKind,
-}
-
-impl HasPosition for SurfacePoint {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        let [x, y] = self.place;
-        Point2::new(x as f64, y as f64)
-    }
-}
-
 /// Returns the water surfaces of a tile, of rivers, lakes and the sea, as far as there are any. On the tile's edge they
 /// have vertices at its corners and where shores and banks cross it, which the neighbour has too.
 pub fn sheets(waters: &Waterlines) -> Vec<WaterSheet> {
@@ -48,18 +31,17 @@ pub fn sheets(waters: &Waterlines) -> Vec<WaterSheet> {
         .filter(|line| line.kind != WaterKind::River)
         .flat_map(|line| line.points.iter().map(|point| (point.place, line.kind)))
         .collect();
-    let place = |point: &WaterPoint| SurfacePoint {
-        place: point.place,
-        level_m: point.level_m,
-        kind: shores.get(&point.place).copied().unwrap_or(WaterKind::River),
+    // Each vertex has the water whose edge it lies on, or in which it lies, and that water's level in metres.
+    let place = |point: &WaterPoint| {
+        let kind = shores.get(&point.place).copied().unwrap_or(WaterKind::River);
+        CutVertex { place: point.place, is: (kind, point.level_m) }
     };
-    let mut places: Vec<SurfacePoint> = waters.points().iter().map(place).collect();
+    let mut places: Vec<CutVertex<(WaterKind, f32)>> = waters.points().iter().map(place).collect();
     let known: HashSet<[i64; 2]> = places.iter().map(|place| place.place).collect();
     for corner in [[0, 0], [side, 0], [0, side], [side, side]] {
         let place = corner.map(|at| i64::from(at) * i64::from(PARTS));
         if !known.contains(&place) {
-            let (kind, level_m) = waters.at_vertex(corner).unwrap_or((WaterKind::Dry, 0.0));
-            places.push(SurfacePoint { place, level_m, kind });
+            places.push(CutVertex { place, is: waters.at_vertex(corner).unwrap_or((WaterKind::Dry, 0.0)) });
         }
     }
     let numbers: HashMap<[i64; 2], usize> =
@@ -67,10 +49,9 @@ pub fn sheets(waters: &Waterlines) -> Vec<WaterSheet> {
     // Each piece has its water on the left, as the triangulation turns.
     let pieces: HashMap<[usize; 2], WaterKind> =
         waters.pieces().map(|(kind, ends)| (ends.map(|end| numbers[&end]), kind)).collect();
-    let mut edges: Vec<[usize; 2]> = pieces.keys().copied().filter(|[from, to]| from != to).collect();
+    let mut edges: Vec<[usize; 2]> = pieces.keys().copied().collect();
     edges.sort_unstable();
-    let surface = ConstrainedDelaunayTriangulation::<SurfacePoint>::try_bulk_load_cdt(places, edges, |_| {})
-        .expect("places are whole numbers");
+    let surface = constrained(places, edges.into_iter());
     let mut sheets: Vec<WaterSheet> = [WaterKind::River, WaterKind::Lake, WaterKind::Sea]
         .map(|kind| WaterSheet { kind, vertices: Vec::new(), triangles: Vec::new() })
         .into();
@@ -96,13 +77,13 @@ pub fn sheets(waters: &Waterlines) -> Vec<WaterSheet> {
         let kind = border.unwrap_or_else(|| inside.or_else(around).or_else(river));
         let Some(kind) = kind else { continue };
         let Some(sheet) = sheets.iter().position(|sheet| sheet.kind == kind) else { continue };
-        let own = corners.map(|corner| *surface.vertex(corner).data()).into_iter().filter(|place| place.kind == kind);
-        let still_m = own.map(|place| place.level_m).reduce(f32::max);
+        let own = corners.map(|corner| surface.vertex(corner).data().is).into_iter().filter(|(own, _)| *own == kind);
+        let still_m = own.map(|(_, level_m)| level_m).reduce(f32::max);
         let still_m = still_m.or_else(|| waters.standing_level_m(middle)).unwrap_or(0.0);
         let WaterSheet { vertices, triangles, .. } = &mut sheets[sheet];
         let [a, b, c] = corners.map(|corner| {
             *given[sheet].entry(corner.index()).or_insert_with(|| {
-                let SurfacePoint { place, level_m, kind: own } = *surface.vertex(corner).data();
+                let CutVertex { place, is: (own, level_m) } = *surface.vertex(corner).data();
                 // Standing water stays level up to the mouth of a river.
                 let level_m = if own == kind || kind == WaterKind::River { level_m } else { still_m };
                 vertices.push((place.map(|at| at as u32), level_m));

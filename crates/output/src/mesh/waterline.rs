@@ -7,11 +7,15 @@
 //! know.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::RangeInclusive;
+
+use glam::{DVec2, dvec2};
 
 use super::PARTS;
 use crate::area::Area;
-use crate::contour::{Edge, chains};
-use crate::geometry::simplified;
+use crate::contour::{Edge, chains, square};
+use crate::geometry::{LineSegment, furthest, simplified};
+use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::{Line, LineKind, LinePoint};
 use crate::tile::Tile;
@@ -20,6 +24,9 @@ use crate::world::World;
 /// Distance in metres by which the ground lies below the water's surface at its edge, so that neither shimmers through
 /// the other.
 pub const CLEAR_M: f32 = 0.05;
+
+/// Parts per cell.
+const CELL: f64 = PARTS as f64;
 
 /// Vertices around a tile in which rivers are looked for: half the width of the widest river, and some more.
 const AROUND: usize = 24;
@@ -32,7 +39,7 @@ const INSIDE: (f64, f64) = (0.9, 4.0);
 const APART: f64 = 3.0;
 
 /// Parts of a cell beside a river's banks within which the raster's river is this river.
-const BESIDE: f64 = 1.75 * PARTS as f64;
+const BESIDE: f64 = 1.75 * CELL;
 
 /// Number of edge crossings, the first of them counted twice, of a ring around four vertices. A shorter ring is no
 /// river.
@@ -115,7 +122,7 @@ impl Reaches {
     fn new(courses: &[CentreLine], cells: usize) -> Reaches {
         let side = cells.div_ceil(Reaches::SQUARE);
         let mut squares = vec![Vec::new(); side * side];
-        let square = (Reaches::SQUARE * PARTS as usize) as f64;
+        let square = Reaches::SQUARE as f64 * CELL;
         let pieces =
             courses.iter().enumerate().flat_map(|(number, course)| course.pieces().map(move |pair| (number, pair)));
         for (number, [from, to]) in pieces {
@@ -136,7 +143,7 @@ impl Reaches {
     }
 
     fn around(&self, place: [f64; 2]) -> &[(usize, [CentrePoint; 2])] {
-        let at = |at: f64| ((at / (Reaches::SQUARE * PARTS as usize) as f64) as usize).min(self.side - 1);
+        let at = |at: f64| ((at / (Reaches::SQUARE as f64 * CELL)) as usize).min(self.side - 1);
         &self.squares[at(place[1]) * self.side + at(place[0])]
     }
 }
@@ -144,10 +151,9 @@ impl Reaches {
 /// Standing water at the vertices of a tile and one vertex around them.
 #[derive(Debug)]
 struct Standing {
-    area: Area,
-    /// Kind and level in metres of the water at each vertex.
-    wet: Vec<Option<(WaterKind, f32)>>,
-    heights_m: Vec<f32>,
+    /// Kind and level in metres of the water at each vertex, counted from the tile's corner.
+    wet: Grid<Option<(WaterKind, f32)>>,
+    heights_m: Grid<f32>,
 }
 
 impl Waterlines {
@@ -161,7 +167,7 @@ impl Waterlines {
         let courses: Vec<CentreLine> =
             lines.iter().map(|line| CentreLine::new(line, &area, tolerance, grain)).collect();
         let standing = Standing::new(world, tile, &courses);
-        if courses.is_empty() && standing.wet.iter().all(Option::is_none) {
+        if courses.is_empty() && standing.wet.values().iter().all(Option::is_none) {
             return None;
         }
         let cells = area.width() - 1;
@@ -260,14 +266,10 @@ impl Waterlines {
     /// Returns the level of the river that covers a place, with its half width scaled by `share` and reduced by `less`
     /// parts.
     fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
-        let mut best: Option<(f64, f32)> = None;
-        for (_, [from, to]) in self.reaches.around(place) {
-            let Some((inside, level_m)) = covering([from, to], place, share, less) else { continue };
-            if best.is_none_or(|(most, _)| inside > most) {
-                best = Some((inside, level_m));
-            }
-        }
-        best.map(|(_, level_m)| level_m)
+        let pieces = self.reaches.around(place).iter();
+        let covering = pieces.filter_map(|(_, [from, to])| covering([from, to], place, share, less));
+        // Of equal ones, the first.
+        covering.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, level_m)| level_m)
     }
 
     /// True if a bank of a river must end at or in front of a place: at another river, or well inside its own river.
@@ -280,27 +282,15 @@ impl Waterlines {
 
     /// Finds the vertices that rivers cover.
     fn cover(&mut self) {
-        let cells = self.cells as i64;
         let mut covered: HashMap<[u32; 2], (f64, f32)> = HashMap::new();
-        for course in &self.courses {
-            for pair in course.pieces() {
-                let half = pair[0].half.max(pair[1].half);
-                let range = |axis: usize| {
-                    let (low, high) =
-                        (pair[0].place[axis].min(pair[1].place[axis]), pair[0].place[axis].max(pair[1].place[axis]));
-                    let cell = PARTS as f64;
-                    let first = ((low as f64 - half) / cell).ceil().max(0.0) as i64;
-                    first..=(((high as f64 + half) / cell).floor().min(cells as f64) as i64)
+        for pair in self.courses.iter().flat_map(CentreLine::pieces) {
+            for vertex in vertices_near(pair, 0.0, 0..=self.cells as i64) {
+                let Some((inside, level_m)) = covering(pair, vertex.map(|at| at as f64 * CELL), 1.0, 0.0) else {
+                    continue;
                 };
-                for row in range(1) {
-                    for column in range(0) {
-                        let place = [column, row].map(|at| (at * i64::from(PARTS)) as f64);
-                        let Some((inside, level_m)) = covering(pair, place, 1.0, 0.0) else { continue };
-                        let entry = covered.entry([column as u32, row as u32]).or_insert((inside, level_m));
-                        if inside > entry.0 {
-                            *entry = (inside, level_m);
-                        }
-                    }
+                let entry = covered.entry(vertex.map(|at| at as u32)).or_insert((inside, level_m));
+                if inside > entry.0 {
+                    *entry = (inside, level_m);
                 }
             }
         }
@@ -310,17 +300,22 @@ impl Waterlines {
     /// Adds the shores of standing water.
     fn add_shores(&mut self, tolerance: f64) {
         let mut segments: Vec<[Edge; 2]> = Vec::new();
-        let cells = self.cells as i64;
-        for row in 0..cells {
-            for column in 0..cells {
-                self.standing.cross(column, row, &mut segments);
-            }
+        for (column, row) in Area::new(0, 0, self.cells, self.cells).vertices() {
+            // Two waters that touch at a corner are connected, because water narrower than a cell goes on there.
+            let is_wet = |[dx, dy]: [i64; 2]| self.standing.at(column + dx, row + dy).is_some();
+            let wet = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|corner| if is_wet(corner) { 1.0 } else { 0.0 });
+            square(wet, 0.5, [column, row], 1, &mut segments);
         }
+        let miss = tolerance * CELL;
         let mut left_out: Vec<Vec<Edge>> = Vec::new();
         for chain in chains(&segments) {
             let points: Vec<WaterPoint> = chain.iter().map(|edge| self.standing.shore(*edge, self.grain)).collect();
-            let places: Vec<[f64; 2]> = points.iter().map(|point| point.place.map(|at| at as f64)).collect();
-            let kept = simplified(&places, tolerance * f64::from(PARTS));
+            let split = |first: usize, end: usize| {
+                let chord = LineSegment::between(points[first].at(), points[end].at());
+                let (furthest, off) = furthest(first, end, |at| chord.nearest(points[at].at()).1)?;
+                (off > miss * miss).then_some(furthest)
+            };
+            let kept = simplified(points.len(), split);
             // Leave out a ring that simplification reduces to a line, since it is as small as the tolerance; and a ring
             // of a vertex or two that the raster calls a river, since that is left over beside the river's banks.
             let is_ring = chain[0] == chain[chain.len() - 1];
@@ -329,11 +324,9 @@ impl Waterlines {
                 left_out.push(chain);
                 continue;
             }
-            let by_place: HashMap<[i64; 2], WaterPoint> = points.iter().map(|point| (point.place, *point)).collect();
-            let kept = kept.iter().map(|place| by_place[&place.map(|at| at as i64)]);
             // A shore ends at the mouth of a river.
-            let is_shore = |point: &WaterPoint| self.river_at(point.place.map(|at| at as f64), 1.0, 0.0).is_none();
-            let mut kept: Vec<WaterPoint> = kept.collect();
+            let is_shore = |point: &WaterPoint| !self.is_river(point.at());
+            let mut kept: Vec<WaterPoint> = kept.into_iter().map(|at| points[at]).collect();
             if !self.standing.is_left(chain[0], [&points[0], &points[1]]) {
                 kept.reverse();
             }
@@ -351,21 +344,18 @@ impl Waterlines {
     fn add_rivers(&mut self) {
         let (mut lines, mut beds) = (Vec::new(), Vec::new());
         for (number, course) in self.courses.iter().enumerate() {
-            let is_free = |point: &WaterPoint| {
-                let place = point.place.map(|at| at as f64);
-                self.standing.nearest(place).is_none() && !self.is_joined(number, place)
-            };
-            let in_water = |point: &WaterPoint| self.standing.nearest(point.place.map(|at| at as f64)).is_none();
+            let is_flowing = |point: &WaterPoint| self.standing.nearest(point.at()).is_none();
+            let is_free = |point: &WaterPoint| is_flowing(point) && !self.is_joined(number, point.at());
             for side in course.banks(self.grain) {
                 for line in clipped(&side, self.cells, self.grain) {
                     // Where a river joins another, its banks end, and the ground is a bed.
-                    let joined = line.iter().filter(|point| in_water(point) && !is_free(point));
+                    let joined = line.iter().filter(|point| is_flowing(point) && !is_free(point));
                     beds.extend(joined.map(|point| WaterPoint { ground_m: point.level_m - 4.0 * CLEAR_M, ..*point }));
                     lines.extend(runs(line.into_iter(), is_free, self.grain));
                 }
             }
             for line in clipped(&course.bed(), self.cells, self.grain) {
-                beds.extend(line.into_iter().filter(in_water));
+                beds.extend(line.into_iter().filter(is_flowing));
             }
         }
         self.lines.extend(lines.into_iter().map(|points| Waterline { kind: WaterKind::River, points }));
@@ -406,16 +396,7 @@ fn runs(
 
 /// Finds the last good point on the way from a good point to a bad one, by bisection.
 fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -> bool, grain: i64) -> WaterPoint {
-    let between = |share: f64| {
-        let mix = |from: f32, to: f32| from + (to - from) * share as f32;
-        let place =
-            |axis: usize| good.place[axis] + snapped((bad.place[axis] - good.place[axis]) as f64 * share, grain);
-        WaterPoint {
-            place: [place(0), place(1)],
-            level_m: mix(good.level_m, bad.level_m),
-            ground_m: mix(good.ground_m, bad.ground_m),
-        }
-    };
+    let between = |share: f64| good.towards(&bad, share, grain);
     let (mut low, mut high) = (0.0, 1.0);
     // Sixteen steps find a part of a cell on lines of 256 cells.
     for _ in 0..16 {
@@ -427,16 +408,41 @@ fn last_good(good: WaterPoint, bad: WaterPoint, is_good: &impl Fn(&WaterPoint) -
 
 /// Returns how far inside a piece of a river a place is, in parts, and the level there; `None` outside. The river's
 /// half width is scaled by `share` and reduced by `less` parts.
-fn covering(pair: [&CentrePoint; 2], place: [f64; 2], share: f64, less: f64) -> Option<(f64, f32)> {
-    let [from, to] = pair;
-    let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
-    let off = [0, 1].map(|axis| place[axis] - from.place[axis] as f64);
-    let square = along[0] * along[0] + along[1] * along[1];
-    let at = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-    let away = [0, 1].map(|axis| off[axis] - along[axis] * at);
-    let half = (from.half + (to.half - from.half) * at) * share - less;
-    let inside = half - (away[0] * away[0] + away[1] * away[1]).sqrt();
+fn covering([from, to]: [&CentrePoint; 2], place: [f64; 2], share: f64, less: f64) -> Option<(f64, f32)> {
+    let (at, square) = LineSegment::between(from.at(), to.at()).nearest(place);
+    let inside = (from.half + (to.half - from.half) * at) * share - less - square.sqrt();
     (inside > 0.0).then_some((inside, from.level_m + (to.level_m - from.level_m) * at as f32))
+}
+
+/// Returns the vertices, of those of some numbers along both axes, that a piece of a river may reach, if it is wider by
+/// some parts to each side.
+fn vertices_near(pair: [&CentrePoint; 2], wider: f64, within: RangeInclusive<i64>) -> impl Iterator<Item = [i64; 2]> {
+    let reach = pair[0].half.max(pair[1].half) + wider;
+    let range = move |axis: usize| {
+        let [a, b] = pair.map(|point| point.place[axis]);
+        let first = ((a.min(b) as f64 - reach) / CELL).ceil() as i64;
+        first.max(*within.start())..=(((a.max(b) as f64 + reach) / CELL).floor() as i64).min(*within.end())
+    };
+    let columns = range(0);
+    range(1).flat_map(move |row| columns.clone().map(move |column| [column, row]))
+}
+
+impl WaterPoint {
+    /// Returns the place as numbers that are computed with.
+    fn at(&self) -> [f64; 2] {
+        self.place.map(|at| at as f64)
+    }
+
+    /// Returns the point at a share of the way to another one, on a multiple of `grain`.
+    pub(super) fn towards(&self, to: &WaterPoint, share: f64, grain: i64) -> WaterPoint {
+        let mix = |from: f32, to: f32| from + (to - from) * share as f32;
+        WaterPoint {
+            place: [0, 1]
+                .map(|axis| self.place[axis] + snapped((to.place[axis] - self.place[axis]) as f64 * share, grain)),
+            level_m: mix(self.level_m, to.level_m),
+            ground_m: mix(self.ground_m, to.ground_m),
+        }
+    }
 }
 
 impl CentreLine {
@@ -447,8 +453,8 @@ impl CentreLine {
         let point = |point: &LinePoint| {
             let place = line.place_from([area.x0, area.y0], point);
             CentrePoint {
-                place: place.map(|at| snapped(at * f64::from(PARTS), grain)),
-                half: point.half_width_m / spacing_m * f64::from(PARTS),
+                place: place.map(|at| snapped(at * CELL, grain)),
+                half: point.half_width_m / spacing_m * CELL,
                 level_m: point.level_m as f32,
                 bed_m: (point.floor_m as f32).min(point.level_m as f32 - 4.0 * CLEAR_M),
             }
@@ -456,27 +462,16 @@ impl CentreLine {
         let points: Vec<CentrePoint> = line.points.iter().map(point).collect();
         // Leave out points that are closer to a straight line than these tolerances: to the side, in width, and in
         // height. A narrow river may move by half of its half width at most, or by `FINEST`, which is invisible.
-        let narrow = |point: &CentrePoint| (point.half / 2.0).max(FINEST * f64::from(PARTS));
-        let miss = tolerance * f64::from(PARTS);
+        let narrow = |point: &CentrePoint| (point.half / 2.0).max(FINEST * CELL);
         let miss_m = (tolerance * spacing_m / 8.0) as f32;
-        let mut kept = vec![points[0]];
-        let (mut first, mut ends) = (0, vec![points.len() - 1]);
-        while let Some(&end) = ends.last() {
-            let worst = (first + 1..end)
-                .map(|at| (points[at].miss(&points[first], &points[end], miss.min(narrow(&points[at])), miss_m), at))
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            match worst {
-                Some((off, at)) if off > 1.0 => ends.push(at),
-                _ => {
-                    if end > first {
-                        kept.push(points[end]);
-                    }
-                    first = end;
-                    ends.pop();
-                }
-            }
-        }
-        CentreLine { points: kept }
+        let split = |first: usize, end: usize| {
+            let off = |at: usize| {
+                let miss = (tolerance * CELL).min(narrow(&points[at]));
+                points[at].miss(&points[first], &points[end], miss, miss_m)
+            };
+            furthest(first, end, off).filter(|(_, off)| *off > 1.0).map(|(at, _)| at)
+        };
+        CentreLine { points: simplified(points.len(), split).into_iter().map(|at| points[at]).collect() }
     }
 
     fn pieces(&self) -> impl Iterator<Item = [&CentrePoint; 2]> {
@@ -486,15 +481,15 @@ impl CentreLine {
 
     /// Returns the two banks, or the ring around a round pool.
     fn banks(&self, grain: i64) -> Vec<Vec<WaterPoint>> {
-        let at = |point: &CentrePoint, [x, y]: [f64; 2]| WaterPoint {
-            place: [point.place[0] + snapped(x, grain), point.place[1] + snapped(y, grain)],
+        let at = |point: &CentrePoint, aside: DVec2| WaterPoint {
+            place: [0, 1].map(|axis| point.place[axis] + snapped(aside[axis], grain)),
             level_m: point.level_m,
             ground_m: point.level_m - CLEAR_M,
         };
         if let [pool] = &self.points[..] {
             let corner = |corner: usize| {
                 let angle = (corner % POOL) as f64 / POOL as f64 * std::f64::consts::TAU;
-                at(pool, [pool.half * libm::cos(angle), pool.half * libm::sin(angle)])
+                at(pool, pool.half * dvec2(libm::cos(angle), libm::sin(angle)))
             };
             return vec![(0..=POOL).map(corner).collect()];
         }
@@ -502,17 +497,11 @@ impl CentreLine {
         for (index, point) in self.points.iter().enumerate() {
             let before = &self.points[index.saturating_sub(1)];
             let after = &self.points[(index + 1).min(self.points.len() - 1)];
-            let way = |from: &CentrePoint, to: &CentrePoint| {
-                let way = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
-                let length = (way[0] * way[0] + way[1] * way[1]).sqrt().max(1e-9);
-                way.map(|axis| axis / length)
-            };
-            let (coming, going) = (way(before, point), way(point, after));
-            let ahead = [coming[0] + going[0], coming[1] + going[1]];
-            let length = (ahead[0] * ahead[0] + ahead[1] * ahead[1]).sqrt().max(1e-9);
-            let aside = [ahead[1] / length * point.half, -ahead[0] / length * point.half];
-            left.push(at(point, aside));
-            right.push(at(point, aside.map(|axis| -axis)));
+            let unit = |way: DVec2| way / way.length().max(1e-9);
+            let way = |from: &CentrePoint, to: &CentrePoint| unit(DVec2::from(to.at()) - DVec2::from(from.at()));
+            let aside = unit(way(before, point) + way(point, after)).perp() * point.half;
+            left.push(at(point, -aside));
+            right.push(at(point, aside));
         }
         // The banks are joined around the source, and open where the river ends in other water.
         right.insert(0, left[0]);
@@ -529,97 +518,81 @@ impl CentreLine {
 }
 
 impl CentrePoint {
+    /// Returns the place as numbers that are computed with.
+    fn at(&self) -> [f64; 2] {
+        self.place.map(|at| at as f64)
+    }
+
     /// Returns the distance from the line between two points, in width and height too, in units of the tolerances.
     fn miss(&self, from: &CentrePoint, to: &CentrePoint, miss: f64, miss_m: f32) -> f64 {
-        let along = [0, 1].map(|axis| (to.place[axis] - from.place[axis]) as f64);
-        let off = [0, 1].map(|axis| (self.place[axis] - from.place[axis]) as f64);
-        let square = along[0] * along[0] + along[1] * along[1];
-        let at = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-        let away = [0, 1].map(|axis| off[axis] - along[axis] * at);
-        let aside = (away[0] * away[0] + away[1] * away[1]).sqrt();
+        let (at, square) = LineSegment::between(from.at(), to.at()).nearest(self.at());
         let narrow = (self.half - (from.half + (to.half - from.half) * at)).abs();
         let up = (self.level_m - (from.level_m + (to.level_m - from.level_m) * at as f32)).abs();
-        (aside / miss).max(narrow / miss).max(f64::from(up / miss_m))
+        (square.sqrt() / miss).max(narrow / miss).max(f64::from(up / miss_m))
     }
 }
 
 impl Standing {
     fn new(world: &World, tile: &Tile, courses: &[CentreLine]) -> Standing {
-        let padded = tile.heights().area();
+        let Area { x0, y0, .. } = tile.area();
         // One vertex around the tile is used, even if the tile knows more, so that neighbours agree.
-        let area = tile.area().padded(1);
+        let area = Area::new(0, 0, tile.area().width(), tile.area().height()).padded(1);
         let sea_m = world.preset().sea_level_m.map_or(f32::NEG_INFINITY, |level_m| level_m as f32);
-        debug_assert!(padded.common(&area) == Some(area));
-        let (mut wet, mut heights_m) = (Vec::with_capacity(area.len()), Vec::with_capacity(area.len()));
-        for y in area.y0..area.y1 {
-            for x in area.x0..area.x1 {
-                let height_m = tile.heights().at(x, y);
-                heights_m.push(height_m);
-                let kind = match tile.water() {
-                    Some(water) => water.kind.at(x, y),
-                    None if height_m < sea_m => WaterKind::Sea,
-                    None => WaterKind::Dry,
-                };
-                wet.push(match kind {
-                    WaterKind::Dry => None,
-                    WaterKind::Sea => Some((kind, sea_m)),
-                    WaterKind::Lake | WaterKind::River => {
-                        let depth_m = tile.water().map_or(0.0, |water| water.depth_m.at(x, y));
-                        // Round levels, so that a lake whose level was a sum of floats is flat.
-                        Some((kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE))
-                    }
-                });
+        let heights_m = Grid::of(area, |column, row| tile.heights().at(x0 + column, y0 + row));
+        let wet = Grid::of(area, |column, row| {
+            let (x, y, height_m) = (x0 + column, y0 + row, heights_m.at(column, row));
+            let kind = match tile.water() {
+                Some(water) => water.kind.at(x, y),
+                None if height_m < sea_m => WaterKind::Sea,
+                None => WaterKind::Dry,
+            };
+            match kind {
+                WaterKind::Dry => None,
+                WaterKind::Sea => Some((kind, sea_m)),
+                WaterKind::Lake | WaterKind::River => {
+                    let depth_m = tile.water().map_or(0.0, |water| water.depth_m.at(x, y));
+                    // Round levels, so that a lake whose level was a sum of floats is flat.
+                    Some((kind, ((height_m + depth_m) * LEVELS_A_METRE).round() / LEVELS_A_METRE))
+                }
             }
-        }
-        let mut standing = Standing { area, wet, heights_m };
-        standing.leave_out(courses, tile.area());
+        });
+        let mut standing = Standing { wet, heights_m };
+        standing.leave_out(courses);
         standing
     }
 
     /// Removes the raster's water of rivers that have banks of their own. Side arms and oxbow lakes have none and stay.
-    fn leave_out(&mut self, courses: &[CentreLine], tile: Area) {
-        let width = self.area.width() as i64;
+    fn leave_out(&mut self, courses: &[CentreLine]) {
         for pair in courses.iter().flat_map(CentreLine::pieces) {
             // Reach beyond the banks to the next vertices: the raster's rivers are a little wider and begin a little
             // earlier.
-            let reach = pair[0].half.max(pair[1].half) + BESIDE;
-            let range = |axis: usize, side: i64| {
-                let (low, high) =
-                    (pair[0].place[axis].min(pair[1].place[axis]), pair[0].place[axis].max(pair[1].place[axis]));
-                let first = ((low as f64 - reach) / f64::from(PARTS)).ceil().max(-1.0) as i64;
-                first..=(((high as f64 + reach) / f64::from(PARTS)).floor().min((side - 2) as f64) as i64)
-            };
-            for row in range(1, self.area.height() as i64) {
-                for column in range(0, width) {
-                    let index = ((row + 1) * width + column + 1) as usize;
-                    let place = [column, row].map(|at| (at * i64::from(PARTS)) as f64);
-                    let beside = covering(pair, place, 1.0, -BESIDE).is_some();
-                    if beside && matches!(self.wet[index], Some((WaterKind::River, _))) {
-                        self.wet[index] = None;
-                    }
+            for [column, row] in vertices_near(pair, BESIDE, -1..=self.last() + 1) {
+                let place = [column, row].map(|at| at as f64 * CELL);
+                let beside = covering(pair, place, 1.0, -BESIDE).is_some();
+                if beside && matches!(self.at(column, row), Some((WaterKind::River, _))) {
+                    self.wet.row_mut(row, column, column + 1)[0] = None;
                 }
             }
         }
-        debug_assert_eq!(self.area, tile.padded(1));
     }
 
     fn has_any(&self, area: Area) -> bool {
         (0..area.height() as i64).any(|row| (0..area.width() as i64).any(|column| self.at(column, row).is_some()))
     }
 
-    /// Returns the water at a vertex, counted from the tile's corner.
-    fn at(&self, column: i64, row: i64) -> Option<(WaterKind, f32)> {
-        self.wet[((row + 1) * self.area.width() as i64 + column + 1) as usize]
+    /// Returns the last column and row of the tile.
+    fn last(&self) -> i64 {
+        self.wet.area().x1 - 2
     }
 
-    fn height_m(&self, column: i64, row: i64) -> f32 {
-        self.heights_m[((row + 1) * self.area.width() as i64 + column + 1) as usize]
+    /// Returns the water at a vertex, counted from the tile's corner.
+    fn at(&self, column: i64, row: i64) -> Option<(WaterKind, f32)> {
+        self.wet.at(column, row)
     }
 
     /// Returns the water at the vertex nearest to a place.
     fn nearest(&self, place: [f64; 2]) -> Option<(WaterKind, f32)> {
-        let last = self.area.width() as i64 - 3;
-        let [column, row] = place.map(|at| ((at / f64::from(PARTS)).round() as i64).clamp(0, last));
+        let [column, row] = place.map(|at| ((at / CELL).round() as i64).clamp(0, self.last()));
         self.at(column, row)
     }
 
@@ -643,8 +616,7 @@ impl Standing {
         let ([_, inside], 1) = self.ends(*first) else { return };
         let mut open = vec![inside];
         while let Some((column, row)) = open.pop() {
-            let index = ((row + 1) * self.area.width() as i64 + column + 1) as usize;
-            if self.wet[index].take().is_some() {
+            if self.wet.row_mut(row, column, column + 1)[0].take().is_some() {
                 // Waters that touch at a corner are connected.
                 open.extend((-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (column + dx, row + dy))));
             }
@@ -663,9 +635,8 @@ impl Standing {
     /// Returns the standing water at the vertices around a place, and the share of the surroundings that is under
     /// water.
     fn between(&self, place: [f64; 2]) -> Option<((WaterKind, f32), f64)> {
-        let last = self.area.width() as i64 - 4;
-        let [column, row] = place.map(|at| ((at / f64::from(PARTS)).floor() as i64).clamp(0, last));
-        let [u, v] = [place[0] / f64::from(PARTS) - column as f64, place[1] / f64::from(PARTS) - row as f64];
+        let [column, row] = place.map(|at| ((at / CELL).floor() as i64).clamp(0, self.last() - 1));
+        let [u, v] = [place[0] / CELL - column as f64, place[1] / CELL - row as f64];
         let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.at(column + dx, row + dy));
         let shares = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
         let wet: f64 = corners.iter().zip(shares).filter(|(corner, _)| corner.is_some()).map(|(_, share)| share).sum();
@@ -676,10 +647,8 @@ impl Standing {
 
     /// Returns the standing water at a place on a line of the raster that runs along an axis.
     fn on_edge(&self, axis: usize, place: [f64; 2]) -> Option<WaterKind> {
-        let last = self.area.width() as i64 - 4;
-        let cell = f64::from(PARTS);
-        let mut first = place.map(|at| (at / cell).round() as i64);
-        first[axis] = ((place[axis] / cell).floor() as i64).clamp(0, last);
+        let mut first = place.map(|at| (at / CELL).round() as i64);
+        first[axis] = ((place[axis] / CELL).floor() as i64).clamp(0, self.last() - 1);
         let mut second = first;
         second[axis] += 1;
         let ends = [first, second].map(|[column, row]| self.at(column, row));
@@ -688,33 +657,17 @@ impl Standing {
             [None, None] => None,
             _ => {
                 let edge = (first[0], first[1], axis == 1);
-                let shore = self.share(edge) * cell + (first[axis] * i64::from(PARTS)) as f64;
+                let shore = self.share(edge) * CELL + first[axis] as f64 * CELL;
                 let is_first = place[axis] < shore;
                 ends[usize::from(!is_first)].map(|(kind, _)| kind)
             }
         }
     }
 
-    /// Adds the shores through a cell, each from edge to edge.
-    fn cross(&self, column: i64, row: i64, segments: &mut Vec<[Edge; 2]>) {
-        let wet = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[dx, dy]| self.at(column + dx, row + dy).is_some());
-        let edges = [(column, row, false), (column + 1, row, true), (column, row + 1, false), (column, row, true)];
-        let crossed: Vec<usize> = (0..4).filter(|edge| wet[*edge] != wet[(edge + 1) % 4]).collect();
-        match crossed[..] {
-            [one, other] => segments.push([edges[one], edges[other]]),
-            // Two waters that touch at a corner are connected, because water narrower than a cell goes on there.
-            [_, _, _, _] => {
-                let pairs = if wet[0] { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
-                segments.extend(pairs.map(|pair| pair.map(|edge| edges[edge])));
-            }
-            _ => {}
-        }
-    }
-
     /// Returns the share of an edge between two vertices at which a shore crosses it.
     fn share(&self, edge: Edge) -> f64 {
         let (ends, under) = self.ends(edge);
-        let heights_m = ends.map(|(column, row)| self.height_m(column, row));
+        let heights_m = ends.map(|(column, row)| self.heights_m.at(column, row));
         let over = 1 - under;
         let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
         let rise_m = f64::from(heights_m[over] - heights_m[under]);
@@ -731,7 +684,7 @@ impl Standing {
     fn shore(&self, edge: Edge, grain: i64) -> WaterPoint {
         let (ends, under) = self.ends(edge);
         let (_, level_m) = self.at(ends[under].0, ends[under].1).expect("a shore has water on one side");
-        let along = snapped(self.share(edge) * f64::from(PARTS), grain);
+        let along = snapped(self.share(edge) * CELL, grain);
         let (column, row, south) = edge;
         let (dx, dy) = if south { (0, along) } else { (along, 0) };
         let place = [column * i64::from(PARTS) + dx, row * i64::from(PARTS) + dy];
@@ -796,13 +749,8 @@ fn crossings(from: &WaterPoint, to: &WaterPoint, side: i64, grain: i64) -> Vec<(
                 continue;
             }
             let share = (edge - start) as f64 / along as f64;
-            let mix = |from: f32, to: f32| from + (to - from) * share as f32;
-            let mut place = [edge, at];
-            if axis == 1 {
-                place.reverse();
-            }
-            let point =
-                WaterPoint { place, level_m: mix(from.level_m, to.level_m), ground_m: mix(from.ground_m, to.ground_m) };
+            let mut point = from.towards(to, share, grain);
+            (point.place[axis], point.place[1 - axis]) = (edge, at);
             found.push((share, point));
         }
     }
@@ -819,9 +767,8 @@ mod tests {
     /// m.
     fn standing(kind: WaterKind, at: impl Fn(i64, i64) -> bool) -> Waterlines {
         let area = Area::new(0, 0, CELLS + 1, CELLS + 1).padded(1);
-        let places = || (area.y0..area.y1).flat_map(|y| (area.x0..area.x1).map(move |x| (x, y)));
-        let wet = places().map(|(x, y)| at(x, y).then_some((kind, 6.0))).collect();
-        let heights_m = places().map(|(x, y)| if at(x, y) { 5.5 } else { 7.0 }).collect();
+        let wet = Grid::of(area, |x, y| at(x, y).then_some((kind, 6.0)));
+        let heights_m = Grid::of(area, |x, y| if at(x, y) { 5.5 } else { 7.0 });
         let mut waters = Waterlines {
             cells: CELLS,
             grain: 1,
@@ -829,7 +776,7 @@ mod tests {
             beds: Vec::new(),
             courses: Vec::new(),
             reaches: Reaches::new(&[], CELLS),
-            standing: Standing { area, wet, heights_m },
+            standing: Standing { wet, heights_m },
             covered: HashMap::new(),
         };
         waters.add_shores(FINEST);
@@ -837,7 +784,7 @@ mod tests {
     }
 
     fn is_wet(waters: &Waterlines, column: u32, row: u32) -> bool {
-        let place = [column, row].map(|at| f64::from(at) * f64::from(PARTS));
+        let place = [column, row].map(|at| f64::from(at) * CELL);
         assert_eq!(waters.standing.nearest(place).is_some(), waters.covers([column, row]));
         waters.covers([column, row])
     }

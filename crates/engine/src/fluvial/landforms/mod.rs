@@ -63,7 +63,7 @@ impl Landforms {
     pub fn coasts(&self, fluvial: &Fluvial, area: &Area) -> Vec<Arc<Coast>> {
         let mut found: Vec<Arc<Coast>> = Vec::new();
         // A line may run along the edge of the cell before, so pad by one.
-        for cell in area.padded(1).squares(coast::CELL).map(|[x, y]| (x, y)) {
+        for cell in area.padded(1).square_numbers(coast::CELL).map(|[x, y]| (x, y)) {
             let coasts = self.coasts.get(cell, || Coast::of_cell(fluvial, cell).into_iter().map(Arc::new).collect());
             found.extend(coasts.iter().filter(|coast| coast.touches(area)).cloned());
         }
@@ -74,7 +74,7 @@ impl Landforms {
     /// Returns all peaks that stand on a vertex of an area, sorted by id.
     pub fn peaks(&self, fluvial: &Fluvial, area: &Area) -> Vec<Peak> {
         let inside = |peak: &Peak| area.has(peak.at[0], peak.at[1]);
-        let cells = area.squares(peaks::side(fluvial)).map(|[x, y]| (x, y));
+        let cells = area.square_numbers(peaks::side(fluvial)).map(|[x, y]| (x, y));
         let mut found: Vec<Peak> = cells.filter_map(|cell| self.rise(fluvial, cell).peak()).filter(inside).collect();
         found.sort_by_key(|peak| peak.id);
         found

@@ -24,6 +24,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use glam::DVec3;
 use serde_json::json;
 
 use crate::area::{Place, Region};
@@ -270,7 +271,7 @@ impl Whole {
 
     /// Returns the knots of a part.
     fn knots(&self, part: &[f64]) -> Vec<SplineKnot> {
-        let points: Vec<[f64; 3]> = part.iter().map(|at| self.at(*at).at).collect();
+        let points: Vec<DVec3> = part.iter().map(|at| self.at(*at).at.into()).collect();
         // A structure begins and ends at a knot.
         let carriers: Vec<Option<StructureKind>> = part.iter().map(|at| self.at(*at).carrier).collect();
         let differs = |index: usize, other: Option<usize>| {

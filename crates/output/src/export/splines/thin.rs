@@ -8,6 +8,8 @@
 //! long as a neighbour. A span whose curve is too far off is halved, so that curve and line come together, at corners
 //! too.
 
+use glam::DVec3;
+
 use crate::geometry::come;
 
 /// Largest distance in metres between the curve and the line.
@@ -23,40 +25,26 @@ const MOST_RATIO: f64 = 3.0;
 /// Number of steps along a span at whose ends curve and line are compared.
 const LOOKS: u32 = 16;
 
-type Position = [f64; 3];
-
-fn mix(a: Position, b: Position, share: f64) -> Position {
-    [0, 1, 2].map(|axis| a[axis] + (b[axis] - a[axis]) * share)
-}
-
-fn distance(a: Position, b: Position) -> f64 {
-    [0, 1, 2].map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).iter().sum::<f64>().sqrt()
-}
-
 /// Returns the distance from a place to the straight line between two places.
-fn distance_to_piece(place: Position, [from, to]: [Position; 2]) -> f64 {
-    let dot =
-        |a: Position, b: Position| (0..3).map(|axis| (a[axis] - from[axis]) * (b[axis] - from[axis])).sum::<f64>();
-    let square = dot(to, to);
-    let share = if square > 0.0 { (dot(place, to) / square).clamp(0.0, 1.0) } else { 0.0 };
-    distance(place, mix(from, to, share))
+fn distance_to_piece(place: DVec3, [from, to]: [DVec3; 2]) -> f64 {
+    let along = to - from;
+    let square = along.length_squared();
+    let share = if square > 0.0 { ((place - from).dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    place.distance(from + along * share)
 }
 
 /// Returns the place of the curve at a share of the span from the second of four knots to the third.
-pub(super) fn on_curve([before, from, to, after]: [Position; 4], share: f64) -> Position {
+pub(super) fn on_curve([before, from, to, after]: [DVec3; 4], share: f64) -> DVec3 {
     let (square, cube) = (share * share, share * share * share);
-    [0, 1, 2].map(|axis| {
-        let [a, b] = [(to[axis] - before[axis]) / 2.0, (after[axis] - from[axis]) / 2.0];
-        (2.0 * cube - 3.0 * square + 1.0) * from[axis]
-            + (cube - 2.0 * square + share) * a
-            + (3.0 * square - 2.0 * cube) * to[axis]
-            + (cube - square) * b
-    })
+    (2.0 * cube - 3.0 * square + 1.0) * from
+        + (cube - 2.0 * square + share) * ((to - before) / 2.0)
+        + (3.0 * square - 2.0 * cube) * to
+        + (cube - square) * ((after - from) / 2.0)
 }
 
 /// Returns the four knots that shape the curve of a span.
-pub(super) fn around(knots: &[Position], span: usize) -> [Position; 4] {
-    let mirrored = |of: Position, at: Position| [0, 1, 2].map(|axis| 2.0 * at[axis] - of[axis]);
+pub(super) fn around(knots: &[DVec3], span: usize) -> [DVec3; 4] {
+    let mirrored = |of: DVec3, at: DVec3| 2.0 * at - of;
     let [from, to] = [knots[span], knots[span + 1]];
     let before = if span > 0 { knots[span - 1] } else { mirrored(to, from) };
     let after = knots.get(span + 2).copied().unwrap_or_else(|| mirrored(from, to));
@@ -66,15 +54,15 @@ pub(super) fn around(knots: &[Position], span: usize) -> [Position; 4] {
 /// A line whose knots are sought. Positions on it are numbers: a whole number is a point, a fraction the share of the
 /// way to the next one.
 struct Thinned<'a> {
-    points: &'a [Position],
+    points: &'a [DVec3],
     /// Metres from the start to each point.
     come_m: Vec<f64>,
 }
 
 impl Thinned<'_> {
-    fn place(&self, at: f64) -> Position {
+    fn place(&self, at: f64) -> DVec3 {
         let index = (at as usize).min(self.points.len() - 2);
-        mix(self.points[index], self.points[index + 1], at - index as f64)
+        self.points[index] + (self.points[index + 1] - self.points[index]) * (at - index as f64)
     }
 
     fn metres(&self, at: f64) -> f64 {
@@ -83,7 +71,7 @@ impl Thinned<'_> {
     }
 
     /// Returns the points between two positions, together with the positions themselves.
-    fn between(&self, from: f64, to: f64) -> Vec<Position> {
+    fn between(&self, from: f64, to: f64) -> Vec<DVec3> {
         let inner = (from.floor() as usize + 1)..(to.ceil() as usize);
         let inner = inner.map(|index| self.points[index]);
         std::iter::once(self.place(from)).chain(inner).chain([self.place(to)]).collect()
@@ -112,13 +100,11 @@ impl Thinned<'_> {
     fn is_near(&self, knots: &[f64], span: usize) -> bool {
         // The four knots that shape the curve of the span.
         let first = span.saturating_sub(1);
-        let places: Vec<Position> =
-            knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
+        let places: Vec<DVec3> = knots[first..(span + 3).min(knots.len())].iter().map(|at| self.place(*at)).collect();
         let corners = around(&places, span - first);
-        let curve: Vec<Position> =
-            (0..=LOOKS).map(|look| on_curve(corners, f64::from(look) / f64::from(LOOKS))).collect();
+        let curve: Vec<DVec3> = (0..=LOOKS).map(|look| on_curve(corners, f64::from(look) / f64::from(LOOKS))).collect();
         let line = self.between(knots[span], knots[span + 1]);
-        let reaches = |places: &[Position], line: &[Position]| {
+        let reaches = |places: &[DVec3], line: &[DVec3]| {
             places
                 .iter()
                 .all(|place| line.windows(2).any(|piece| distance_to_piece(*place, [piece[0], piece[1]]) <= CHOSEN_M))
@@ -186,8 +172,8 @@ impl Thinned<'_> {
 /// Returns the knots of a line as positions on it, from the first point to the last; all `fixed` points are among them.
 ///
 /// The line has at least two points, and no two in a row are the same.
-pub(super) fn thinned(points: &[Position], fixed: &[bool]) -> Vec<f64> {
-    let come_m = come(points.windows(2).map(|pair| distance(pair[0], pair[1])));
+pub(super) fn thinned(points: &[DVec3], fixed: &[bool]) -> Vec<f64> {
+    let come_m = come(points.windows(2).map(|pair| pair[0].distance(pair[1])));
     let line = Thinned { points, come_m };
     let last = points.len() - 1;
     let is_fixed = |index: usize| index == 0 || index == last || fixed[index];
@@ -200,9 +186,9 @@ pub(super) fn thinned(points: &[Position], fixed: &[bool]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn curve(points: &[Position], knots: &[f64]) -> Vec<Position> {
-        let line = Thinned { points, come_m: come(points.windows(2).map(|pair| distance(pair[0], pair[1]))) };
-        let places: Vec<Position> = knots.iter().map(|at| line.place(*at)).collect();
+    fn curve(points: &[DVec3], knots: &[f64]) -> Vec<DVec3> {
+        let line = Thinned { points, come_m: come(points.windows(2).map(|pair| pair[0].distance(pair[1]))) };
+        let places: Vec<DVec3> = knots.iter().map(|at| line.place(*at)).collect();
         let spans = 0..knots.len() - 1;
         spans
             .flat_map(|span| (0..=64).map(move |look| (span, f64::from(look) / 64.0)))
@@ -210,8 +196,8 @@ mod tests {
             .collect()
     }
 
-    fn furthest(places: &[Position], line: &[Position]) -> f64 {
-        let to_line = |place: &Position| {
+    fn furthest(places: &[DVec3], line: &[DVec3]) -> f64 {
+        let to_line = |place: &DVec3| {
             line.windows(2).map(|pair| distance_to_piece(*place, [pair[0], pair[1]])).fold(f64::INFINITY, f64::min)
         };
         places.iter().map(to_line).fold(0.0, f64::max)
@@ -219,7 +205,8 @@ mod tests {
 
     #[test]
     fn a_straight_line_has_its_ends() {
-        let points: Vec<Position> = (0..50).map(|index| [f64::from(index) * 20.0, 3.0, f64::from(index)]).collect();
+        let points: Vec<DVec3> =
+            (0..50).map(|index| DVec3::new(f64::from(index) * 20.0, 3.0, f64::from(index))).collect();
         assert_eq!(thinned(&points, &[false; 50]), [0.0, 49.0]);
     }
 
@@ -230,7 +217,7 @@ mod tests {
         // The line goes back the way that it came.
         let hairpin = |index: i32| [200.0 - f64::from((index - 20).abs()) * 10.0, f64::from(index / 20), 0.0];
         for line in [wave, corner, hairpin] {
-            let points: Vec<Position> = (0..=40).map(line).collect();
+            let points: Vec<DVec3> = (0..=40).map(line).map(DVec3::from).collect();
             let mut fixed = [false; 41];
             (fixed[7], fixed[8]) = (true, true);
             let knots = thinned(&points, &fixed);
