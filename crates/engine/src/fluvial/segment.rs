@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::channel::{Channel, CrossSection};
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point};
+use super::grain_point::Point;
 use super::lake;
 use crate::geometry::{LineSegment, lerp};
 use crate::memory::heap_bytes;
@@ -452,6 +452,7 @@ mod tests {
     use super::*;
     use crate::fluvial::channel::{Knot, Mouth};
     use crate::fluvial::cross_section::{MOST_LEAN, measured};
+    use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::settings::FluvialSettings;
     use crate::preset::Preset;
 
