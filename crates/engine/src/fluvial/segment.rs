@@ -398,8 +398,8 @@ impl Circle {
     }
 }
 
-/// Returns the segments of a [measured](super::cross_section::measured) channel that has this number, without those of no length and those whose ends
-/// are not `wanted`.
+/// Returns the segments of a [measured](super::cross_section::measured) channel that has this number, without those of
+/// no length and those whose ends are not `wanted`.
 pub fn segments_of(
     fields: &Fields,
     channel: &Channel,

@@ -102,14 +102,14 @@ pub(super) struct TributaryBed<'a> {
 /// The larger valleys whose sides may be below a bed along a step.
 struct LowerValleys<'a> {
     segments: Vec<&'a Segment>,
-    /// True for a dry brook that has reached a larger valley's floor. It sinks in: it leaves no bed there, and cuts into
-    /// no valley's side.
+    /// True for a dry brook that has reached a larger valley's floor. It sinks in: it leaves no bed there, and cuts
+    /// into no valley's side.
     has_run_out: bool,
 }
 
 impl<'a> TributaryBed<'a> {
-    /// Prepares the bed of a tributary of a level through some places, the first of which is its shore, given the larger
-    /// valleys near it and the height in metres to which a lake has filled its mouth.
+    /// Prepares the bed of a tributary of a level through some places, the first of which is its shore, given the
+    /// larger valleys near it and the height in metres to which a lake has filled its mouth.
     pub fn new(
         fields: &'a Fields,
         level: u32,
@@ -218,8 +218,8 @@ impl<'a> TributaryBed<'a> {
         })
     }
 
-    /// Adds the knot at the upper end of a step, which lies at a height in metres, and before it the knots of a bed with
-    /// water where the way there would rise above the sides of larger valleys.
+    /// Adds the knot at the upper end of a step, which lies at a height in metres, and before it the knots of a bed
+    /// with water where the way there would rise above the sides of larger valleys.
     fn rise_to(&mut self, step: usize, level_m: f64, lower: &LowerValleys) {
         let ([before, here], shore) = ([self.places[step - 1], self.places[step]], self.knots[0]);
         let below = self.knots[self.knots.len() - 1];

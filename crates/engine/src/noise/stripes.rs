@@ -120,9 +120,9 @@ impl Stripes {
     /// Fills in the wave of the stripes at the vertices of `area`, row by row from the north: `crest` is its cosine,
     /// `flank` its sine, both from -1 to 1, apart from rounding errors of a millionth.
     ///
-    /// `across` is the unit vector, east and south, across the stripes at each vertex: the phase grows in its direction.
-    /// A shorter vector makes longer waves; with (0, 0) all phases are those of the pivots, which gives blotches.
-    /// Components must be within -1000 and 1000, or values may be NaN.
+    /// `across` is the unit vector, east and south, across the stripes at each vertex: the phase grows in its
+    /// direction. A shorter vector makes longer waves; with (0, 0) all phases are those of the pivots, which gives
+    /// blotches. Components must be within -1000 and 1000, or values may be NaN.
     ///
     /// # Panics
     /// If a slice does not have as many elements as the area has vertices.
