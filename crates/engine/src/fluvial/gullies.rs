@@ -186,28 +186,34 @@ impl Gullies {
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
         let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope };
         let mut carved = vec![0.0; len];
-        let mut patches = Vec::new();
+        let mut patches = vec![0.0; len];
         for octave in &self.octaves {
             stop::check();
             if let Some(noise) = &octave.patches {
-                patches.resize(len, 0.0);
                 noise.fill(area, None, &mut patches);
             }
             dispatch(Across { fall: &fall, across: &mut across });
             octave.stripes.fill(area, &across, &mut crest, &mut flank);
             dispatch(CarveOctave {
-                octave,
+                depth_m: octave.depth_m,
+                slope: octave.slope,
                 hillside,
                 across: &across,
                 crest: &crest,
                 flank: &flank,
-                patches: &patches,
+                patches: octave.patches.as_ref().map(|_| &patches[..]),
                 fall: &mut fall,
                 carved: &mut carved,
             });
         }
+        // The mean of an octave is carved as if the whole hillside were the level floor of a gully.
+        crest.fill(-1.0);
+        flank.fill(0.0);
         for depth_m in &self.unseen_m {
-            dispatch(CarveMean { depth_m: *depth_m, hillside, carved: &mut carved });
+            let (across, crest, flank) = (&across, &crest, &flank);
+            let (fall, carved) = (&mut fall, &mut carved);
+            let (depth_m, slope, patches) = (*depth_m, 0.0, None);
+            dispatch(CarveOctave { depth_m, slope, hillside, across, crest, flank, patches, fall, carved });
         }
         self.roughness.fill(area, None, &mut crest);
         dispatch(Roughen { rough_m: self.rough_m, hillside, noise: &crest, carved: &mut carved });
@@ -359,13 +365,15 @@ fn share<S: Simd>(simd: S, place: &Hillside<'_>, at: usize, detail_m: S::F32) ->
 
 /// Carves one octave of stripes, and turns the fall line towards its gullies.
 struct CarveOctave<'a> {
-    octave: &'a Wave,
+    /// As of a [`Wave`].
+    depth_m: f32,
+    slope: f32,
     hillside: Hillside<'a>,
     across: &'a [Vec<f32>; 2],
     crest: &'a [f32],
     flank: &'a [f32],
     /// Noise of the patches, if the octave has any.
-    patches: &'a [f32],
+    patches: Option<&'a [f32]>,
     fall: &'a mut [Vec<f32>; 2],
     carved: &'a mut [f32],
 }
@@ -377,40 +385,20 @@ impl Kernel for CarveOctave<'_> {
     fn run<S: Simd>(self, simd: S) {
         let half = simd.splat(0.5);
         for at in (0..self.carved.len()).step_by(S::LANES) {
-            let depth = simd.splat(self.octave.depth_m) * simd.load(&self.hillside.slope[at..]);
+            let depth = simd.splat(self.depth_m) * simd.load(&self.hillside.slope[at..]);
             let mut share = share(simd, &self.hillside, at, depth);
-            if self.octave.patches.is_some() {
-                let patch = half + simd.load(&self.patches[at..]);
+            if let Some(patches) = self.patches {
+                let patch = half + simd.load(&patches[at..]);
                 share = share * simd.min(simd.max(patch, simd.splat(0.0)), simd.splat(1.0));
             }
             let carved = simd.load(&self.carved[at..]) + depth * share * (half - half * simd.load(&self.crest[at..]));
             simd.store(carved, &mut self.carved[at..]);
             // The slope of the stripes, relative to the hillside's slope.
-            let turn = share * simd.splat(self.octave.slope) * simd.load(&self.flank[at..]);
+            let turn = share * simd.splat(self.slope) * simd.load(&self.flank[at..]);
             for axis in [0, 1] {
                 let fall = simd.load(&self.fall[axis][at..]) - turn * simd.load(&self.across[axis][at..]);
                 simd.store(fall, &mut self.fall[axis][at..]);
             }
-        }
-    }
-}
-
-/// Carves the mean depth of an octave.
-struct CarveMean<'a> {
-    depth_m: f32,
-    hillside: Hillside<'a>,
-    carved: &'a mut [f32],
-}
-
-impl Kernel for CarveMean<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        for at in (0..self.carved.len()).step_by(S::LANES) {
-            let depth = simd.splat(self.depth_m) * simd.load(&self.hillside.slope[at..]);
-            let carved = simd.load(&self.carved[at..]) + depth * share(simd, &self.hillside, at, depth);
-            simd.store(carved, &mut self.carved[at..]);
         }
     }
 }
