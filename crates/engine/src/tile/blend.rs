@@ -142,7 +142,7 @@ impl Blend {
     /// Covers the beds of rivers and of the sea and the bars of rivers with sand, the beds of lakes with dirt, and the
     /// ground next to rivers and lakes with dirt or wetland.
     fn wet(&mut self, rule: &GroundRule, water: &Water) {
-        let rim = if rule.wet.is_some() { Material::Wetland } else { Material::Dirt };
+        let rim = if rule.wet_m.is_some() { Material::Wetland } else { Material::Dirt };
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
             let rows = [y - 1, y, y + 1].map(|y| water.kind.row(y, x0 - 1, x1 + 1));

@@ -33,15 +33,12 @@ pub struct GroundRule {
     pub(super) snow_slides: LinearStep,
     pub(super) scree: Option<Scree>,
     pub(super) forest: Forest,
-    pub(super) wet: Option<Wet>,
-    /// Noise for the ragged edges of woods, scree and wet ground; `None` where the ground has none of these.
-    pub(super) ragged: Option<Ragged>,
-}
-
-/// Noise that makes edges ragged; without noise where the vertices are too far apart to show any.
-#[derive(Clone, Debug)]
-pub(super) struct Ragged {
-    pub noise: Option<Fractal>,
+    /// Distance in metres to which water wets the ground beside it.
+    pub(super) wet_m: Option<f32>,
+    /// True if the ground has woods, scree or wet ground, which have ragged edges.
+    pub(super) is_ragged: bool,
+    /// Noise for ragged edges; `None` where the vertices are too far apart to show any.
+    pub(super) noise: Option<Fractal>,
 }
 
 /// Rubble beneath rock.
@@ -49,12 +46,6 @@ pub(super) struct Ragged {
 pub(super) struct Scree {
     pub reach_m: f32,
     lies: LinearStep,
-}
-
-/// Wet ground beside water.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Wet {
-    pub reach_m: f32,
 }
 
 /// Forest; its ramps leave none where the settings ask for none.
@@ -167,11 +158,10 @@ impl GroundRule {
                 likes_wet: ground.forest_wet as f32,
                 edge: EDGE,
             },
-            wet: ground.wet_m.map(|reach_m| Wet { reach_m: reach_m as f32 }),
-            ragged: is_ragged.then(|| {
-                let noise = Fractal::new(&noise_spec(spacing_m), spacing_m, stream(seed, Stream::GroundCover));
-                Ragged { noise: Some(noise) }
-            }),
+            wet_m: ground.wet_m.map(|reach_m| reach_m as f32),
+            is_ragged,
+            noise: is_ragged
+                .then(|| Fractal::new(&noise_spec(spacing_m), spacing_m, stream(seed, Stream::GroundCover))),
         }
     }
 
@@ -185,10 +175,9 @@ impl GroundRule {
         // is about normal.
         let [ramp, left] = [0.5 / f64::from(EDGE), 1.25 * NOISE_DEVIATION * lost.sqrt()];
         self.forest.edge = (0.5 / (ramp * ramp + left * left).sqrt()) as f32;
-        if let Some(ragged) = &mut self.ragged {
-            let spec = FractalSpec { octaves: seen as u32, ..noise_spec(FOREST_M / AFAR_VERTICES) };
-            ragged.noise = (seen > 0).then(|| Fractal::new(&spec, spacing_m, stream(seed, Stream::GroundCover)));
-        }
+        let spec = FractalSpec { octaves: seen as u32, ..noise_spec(FOREST_M / AFAR_VERTICES) };
+        self.noise =
+            (self.is_ragged && seen > 0).then(|| Fractal::new(&spec, spacing_m, stream(seed, Stream::GroundCover)));
         self
     }
 
@@ -202,8 +191,7 @@ impl GroundRule {
         put(words, [self.dirt, self.rock, self.no_sand, self.steep_sand, self.snow].into_iter().flat_map(ramp));
         put(words, [self.snow_north_m]);
         put(words, ramp(self.snow_slides));
-        let noise = self.ragged.as_ref().is_some_and(|ragged| ragged.noise.is_some());
-        words.extend([self.ragged.is_some(), noise, self.scree.is_some()].map(u32::from));
+        words.extend([self.is_ragged, self.noise.is_some(), self.scree.is_some()].map(u32::from));
         put(words, ramp(self.scree.map_or(LinearStep::always(0.0), |scree| scree.lies)));
         put(words, [bias]);
         put(words, ramp(tree_line));
@@ -218,7 +206,7 @@ impl GroundRule {
     /// Returns the inputs of the rule beside the land itself, if it has any: noise, and whether it needs rubble.
     #[cfg(feature = "gpu")]
     pub(crate) fn ragged(&self) -> Option<(Option<&Fractal>, bool)> {
-        self.ragged.as_ref().map(|ragged| (ragged.noise.as_ref(), self.scree.is_some()))
+        self.is_ragged.then(|| (self.noise.as_ref(), self.scree.is_some()))
     }
 
     /// Returns how far a place lies below the tree line, given its height and the normal's southward component: 1 where

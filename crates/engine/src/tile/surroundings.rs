@@ -83,9 +83,11 @@ impl GroundSurroundings {
         water: Option<&Water>,
         area: Area,
     ) -> Option<GroundSurroundings> {
-        let ragged = rule.ragged.as_ref()?;
+        if !rule.is_ragged {
+            return None;
+        }
         let mut noise = Grid::filled(area, 0.0);
-        if let Some(fractal) = &ragged.noise {
+        if let Some(fractal) = &rule.noise {
             fractal.fill(area, None, noise.values_mut());
         }
         let none = || Grid::filled(area, 0.0);
@@ -107,7 +109,7 @@ fn rubble(rule: &GroundRule, heights: &Grid<f32>, area: Area) -> Option<Grid<f32
 
 /// Returns the damp of an area; `None` where no water is near.
 fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Area) -> Option<Grid<f32>> {
-    let (wet, water) = rule.wet.zip(water)?;
+    let (wet_m, water) = rule.wet_m.zip(water)?;
     let wide = area.padded(REACH);
     let mut near = Grid::filled(wide, 0.0);
     // Banks rise from the water's surface, so its depth is added to the ground.
@@ -132,7 +134,7 @@ fn damp(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, area: Are
         }
         is_there = true;
     }
-    is_there.then(|| spread::<false>(near, &levels_m, area, rule.spacing_m, wet.reach_m))
+    is_there.then(|| spread::<false>(near, &levels_m, area, rule.spacing_m, wet_m))
 }
 
 /// Writes the share of rock at each vertex, equal to that of the blend weights, and returns whether there is any rock.
