@@ -99,12 +99,10 @@ mod tests {
     use crate::fluvial::channel::{Channel, Mouth};
     use crate::fluvial::cross_section::measured;
     use crate::fluvial::segment::segments_of;
-    use crate::preset::Preset;
 
     #[test]
     fn a_bed_is_cut_where_it_is_straight_for_long() {
-        let (_, preset) = Preset::load("alps").unwrap();
-        let fields = Fields::new(&preset.fluvial.unwrap(), preset.spacing_m, None, 4);
+        let fields = Fields::of_preset("alps", 4, |_| {});
         let knot = |x: i64, y: i64, level_m: f64| Knot {
             at: Point::at_vertex(x, y),
             level_m,

@@ -123,7 +123,6 @@ pub fn heights(
 mod tests {
     use super::*;
     use crate::fluvial::valley;
-    use crate::preset::Preset;
 
     const FAR: i64 = 1 << 40;
 
@@ -151,10 +150,9 @@ mod tests {
     /// Each node alone has the same coast as in a block with others, which has another window.
     #[test]
     fn the_coast_does_not_depend_on_the_window() {
-        let (_, preset) = Preset::load("archipelago").unwrap();
-        let fields = Fields::new(preset.fluvial.as_ref().unwrap(), preset.spacing_m, preset.sea_level_m, 1);
+        let fields = Fields::of_preset("archipelago", 1, |_| {});
         let vertices = displacements();
-        let metres: Vec<f32> = vertices.iter().map(|by| by * preset.spacing_m as f32).collect();
+        let metres: Vec<f32> = vertices.iter().map(|by| by * fields.spacing_m() as f32).collect();
         let high_m = vec![1e6; vertices.len()];
         let reach = valley::reach(&fields, fields.levels());
         let hillsides = |len: usize| Hillsides { reach, slope: vec![0.5; len], rest: None };

@@ -707,7 +707,6 @@ pub(super) fn river_depth_m(discharge_m3s: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preset::Preset;
 
     /// Returns the sizes of the seas that are cut off from others by the potential: in a lattice of places, those that
     /// do not come to its edge.
@@ -738,11 +737,8 @@ mod tests {
 
     #[test]
     fn no_level_holds_water_on_its_last_stretch_alone() {
-        let (_, preset) = Preset::load("alps").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        let mut wet = |spring_m3s: f64| {
-            settings.spring_m3s = spring_m3s;
-            Fields::new(&settings, preset.spacing_m, None, 1).is_wet(most_area(3))
+        let wet = |spring_m3s: f64| {
+            Fields::of_preset("alps", 1, |settings| settings.spring_m3s = spring_m3s).is_wet(most_area(3))
         };
         let mouth_m3s = 15_360.0f64.powi(2) * 0.8 / 31_556_952.0 / 64.0;
         let shares = [0.5, 0.79, 0.81, 0.99, 1.01];
@@ -752,14 +748,13 @@ mod tests {
     /// Bending makes no new hollows in a field, whereas more octaves would leave small seas by the dozen.
     #[test]
     fn bent_shores_cut_off_hardly_any_small_sea() {
-        let mut settings = Preset::load("archipelago").unwrap().1.fluvial.unwrap();
-        let mut small = |octaves: u32| {
-            settings.coast.octaves = octaves;
-            let of = |seed| closed_seas(&Fields::new(&settings, 8.0, Some(0.0), seed), 1024);
+        let small = |octaves: u32| {
+            let fields = |seed| Fields::of_preset("archipelago", seed, |settings| settings.coast.octaves = octaves);
+            let of = |seed| closed_seas(&fields(seed), 1024);
             // The lattice is 64 tiles wide, so it has 64 squares of 8 x 8 tiles; a square kilometre has 61 places.
             (1..=2).flat_map(of).filter(|size| *size < 61).count()
         };
-        let [few, many] = [2, 4].map(&mut small);
+        let [few, many] = [2, 4].map(small);
         assert!(few <= 12, "{few} seas of less than a square kilometre in 128 times 8 x 8 tiles");
         assert!(many > 10 * few, "{many} with four octaves, {few} with two");
     }

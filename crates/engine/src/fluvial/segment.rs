@@ -454,11 +454,10 @@ mod tests {
     use crate::fluvial::cross_section::{MOST_LEAN, measured};
     use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::settings::FluvialSettings;
-    use crate::preset::Preset;
 
     /// Returns the segment of a river half a kilometre long between hillsides of a slope.
-    fn reach_of_river(settings: &FluvialSettings, spacing_m: f64, hill_slope: f64) -> Segment {
-        let fields = Fields::new(settings, spacing_m, None, 4);
+    fn reach_of_river(hill_slope: f64, change: impl FnOnce(&mut FluvialSettings)) -> Segment {
+        let fields = Fields::of_preset("plains", 4, change);
         let knot =
             |x: i64, level_m: f64| Knot { at: Point::at_vertex(x, 0), level_m, area: 8.0, pool_m: f64::NEG_INFINITY };
         let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, hill_slope);
@@ -468,18 +467,14 @@ mod tests {
 
     #[test]
     fn a_floor_goes_up_to_its_side_in_terraces() {
-        let (_, preset) = Preset::load("plains").unwrap();
-        let mut settings = preset.fluvial.unwrap();
         let slope = 0.04;
-        let mut segment = |terraces: u32| {
-            (settings.terraces, settings.levees) = (terraces, 0.0);
-            reach_of_river(&settings, preset.spacing_m, slope)
-        };
+        let segment =
+            |terraces: u32| reach_of_river(slope, |settings| (settings.terraces, settings.levees) = (terraces, 0.0));
         let (bare, mut stepped) = (segment(0), segment(2));
         assert!(stepped.riser[0] > 0.0, "{:?}", stepped.riser);
         // Half of the floor is flood plain.
         stepped.flood_plain = [0.5 * LEVEL * stepped.trough[0], 0.0];
-        let side_slope = slope / GRAINS as f64 * preset.spacing_m;
+        let side_slope = slope * Fields::of_preset("plains", 4, |_| {}).metres_a_grain();
         let side_m = |segment: &Segment, grains: f64| segment.side_m(DVec2::new(0.0, grains), side_slope);
         let (floor, vertex) = (LEVEL * stepped.trough[0], GRAINS as f64);
         let mut risers = 0;
@@ -505,12 +500,7 @@ mod tests {
 
     #[test]
     fn a_levee_rises_beside_its_river_and_leaves_the_rest_as_it_was() {
-        let (_, preset) = Preset::load("plains").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        let mut segment = |levees: f64| {
-            (settings.terraces, settings.levees) = (0, levees);
-            reach_of_river(&settings, preset.spacing_m, 0.04)
-        };
+        let segment = |levees: f64| reach_of_river(0.04, |settings| (settings.terraces, settings.levees) = (0, levees));
         let (bare, raised) = (segment(0.0), segment(1.0));
         let more = |grains: f64| raised.side_m(DVec2::Y * grains, 1.0) - bare.side_m(DVec2::Y * grains, 1.0);
         let river = raised.river[0];

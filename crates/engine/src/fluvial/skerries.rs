@@ -204,13 +204,9 @@ impl AreaSkerries<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preset::Preset;
 
     fn world() -> (Fields, Skerries) {
-        let (_, preset) = Preset::load("archipelago").unwrap();
-        let mut settings = preset.fluvial.unwrap();
-        settings.coast.skerries = 1.0;
-        let fields = Fields::new(&settings, preset.spacing_m, preset.sea_level_m, 5);
+        let fields = Fields::of_preset("archipelago", 5, |settings| settings.coast.skerries = 1.0);
         let skerries = Skerries::new(&fields, 5).unwrap();
         (fields, skerries)
     }

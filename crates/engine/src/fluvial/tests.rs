@@ -29,6 +29,16 @@ const AREA: Area = Area { x0: -130, y0: 70, x1: -66, y1: 118 };
 /// More vertices around an area than any stage reads.
 const WIDE: usize = 40;
 
+impl Fields {
+    /// Makes the fields of a built-in preset whose settings `change` has changed.
+    pub(super) fn of_preset(name: &str, seed: u64, change: impl FnOnce(&mut FluvialSettings)) -> Fields {
+        let (_, preset) = Preset::load(name).unwrap();
+        let mut settings = preset.fluvial.unwrap();
+        change(&mut settings);
+        Fields::new(&settings, preset.spacing_m, preset.sea_level_m, seed)
+    }
+}
+
 impl Fluvial {
     /// Makes the relief of a built-in preset whose settings `change` has changed.
     pub(crate) fn of_preset(name: &str, seed: u64, change: impl FnOnce(&mut FluvialSettings)) -> Fluvial {

@@ -536,15 +536,12 @@ pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preset::Preset;
 
     /// If nodes side by side drained to the same node, their valleys would form a fan of as many as seven.
     #[test]
     fn nodes_side_by_side_drain_to_one_only_across_the_sea() {
         for name in ["alps", "highlands", "archipelago"] {
-            let (_, preset) = Preset::load(name).unwrap();
-            let settings = preset.fluvial.unwrap();
-            let fields = Arc::new(Fields::new(&settings, preset.spacing_m, preset.sea_level_m, 3));
+            let fields = Arc::new(Fields::of_preset(name, 3, |_| {}));
             let trunks = Trunks::new(Arc::clone(&fields), false, 3);
             let mut pairs = 0;
             for id in (0..32 * 32).map(|n| (n % 32, n / 32)).filter(|id| !trunks.node(*id).sea) {
