@@ -1,16 +1,14 @@
 //! `terrane atlas`.
 
 use std::path::Path;
-use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
-use crate::cli::args::{Around, AtlasArguments, AtlasFormat, sources};
+use crate::cli::args::{Around, AtlasArguments, AtlasFormat};
 use crate::cli::console::Console;
 use crate::cli::map::{captions, lacking, named, pixels_per_mm, texts};
-use crate::cli::progress::Reporter;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::watched;
 use crate::error::Error;
 use crate::export::{AtlasFiles, SMALLER};
 use crate::find;
@@ -24,10 +22,10 @@ use crate::watch::Watch;
 pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), Error> {
     let asked = &arguments.style;
     let style = asked.style()?;
-    let sources = sources(&arguments.preset, &asked.set)?;
+    let sources = arguments.world.sources()?;
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
-    let seed = asked.seed.unwrap_or(preset.seed);
+    let seed = arguments.world.seed.unwrap_or(preset.seed);
     let [x, y] = match &arguments.middle {
         Around::Place(middle, _) => *middle,
         Around::Named(name, _) => find::named(preset.clone(), Some(seed), name, [0.0; 2])?.at_km,
@@ -46,26 +44,22 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
         "--sheets {columns}x{rows} --middle={x},{y} --scale 1:{} --paper {}x{} --overlap {}",
         arguments.scale, paper[0], paper[1], arguments.overlap
     );
-    let texts = texts("atlas", &arguments.preset, asked, (sources.name(), seed), &place);
+    let texts = texts("atlas", &arguments.world, asked, (sources.name(), seed), &place);
     let subtitle = format!("{}, seed {seed}, 1 : {}", sources.name(), thousands(scale.denominator()));
     let captions = captions(asked, &texts, subtitle)?;
     let layout = Layout::new(scale, [columns, rows], paper, arguments.overlap, middle_m, &captions.furniture)?;
     let [has_pictures, has_document] =
         [AtlasFormat::Png, AtlasFormat::Pdf].map(|format| arguments.format.contains(&format));
     let files = AtlasFiles::new(&folder, layout, has_pictures, has_document, asked.overwrite)?;
-    let threads = thread_count(asked.threads);
+    let threads = asked.run.threads.count();
     let world = Chart::world(&preset, Some(seed))?;
     let memory_bytes = files.memory_bytes(&world, threads);
-    if !console.may_begin("the atlas", memory_bytes, SMALLER, asked.dry_run)? {
+    if !console.may_begin("the atlas", memory_bytes, SMALLER, asked.run.dry_run)? {
         return Ok(());
     }
     let start = Instant::now();
-    let pool = thread_pool(threads)?;
-    let watch = Watch::default();
-    let written = thread::scope(|scope| {
-        let _reporter = Reporter::start(scope, console, &watch, None);
-        pool.install(|| files.write(&preset, Some(seed), &style, &captions, &texts, &watch))
-    })?;
+    let write = |watch: &Watch| files.write(&preset, Some(seed), &style, &captions, &texts, watch);
+    let written = watched(console, asked.run.threads, write)?;
     console.warnings(&lacking(&written.missing));
     let seconds = start.elapsed().as_secs_f64();
     let paths: Vec<String> = written.files.iter().map(|path| path.to_string_lossy().into_owned()).collect();

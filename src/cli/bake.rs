@@ -10,10 +10,9 @@ use serde_json::json;
 
 use crate::area::{Region, Stride, TileId};
 use crate::bake::Shard;
-use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, ExtendArguments, Manner, RunOptions};
+use crate::cli::args::{AskedRange, BakeArguments, ExtendArguments, Manner, RunOptions, WriteArguments};
 use crate::cli::console::Console;
-use crate::cli::progress::{Reporter, Tiles};
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::{Reporter, Tiles, watched};
 use crate::device::LandMaker;
 use crate::error::Error;
 use crate::export::{Bytes, Cost, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile, look, measured_range_m};
@@ -23,16 +22,10 @@ use crate::world::World;
 
 /// Bakes the region that the command line asks for.
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
-    let options = &arguments.common;
-    let mode = match options {
-        CommonArguments { overwrite: true, .. } => Mode::Replace,
-        CommonArguments { resume: true, .. } => Mode::Resume,
-        CommonArguments { add: true, .. } => Mode::Add,
-        _ => Mode::New,
-    };
+    let options = &arguments.write;
     planned(arguments, console, |plan, out| {
         let plan = on_device(plan, &options.manner, console)?;
-        carry_out(&plan, mode, &out, &options.manner.run, console)
+        carry_out(&plan, options.mode(), &out, &options.manner.run, console)
     })
 }
 
@@ -42,7 +35,8 @@ pub(super) fn planned(
     console: &Console,
     hand_on: impl FnOnce(Plan<'_>, PathBuf) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let options = &arguments.common;
+    let BakeArguments { common: options, write, .. } = arguments;
+    let seed = arguments.world.seed;
     // Check all options before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;
@@ -50,20 +44,16 @@ pub(super) fn planned(
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
-    if !options.manner.run.quiet {
-        console.warnings(&preset.warnings(&sources));
-    }
-    let place = arguments.place.located(&preset, options.seed)?;
+    console.warnings(&preset.warnings(&sources));
+    let place = arguments.place.located(&preset, seed)?;
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
     let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
-    let mut world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
-    if !options.manner.run.quiet {
-        console.warnings(&world.warnings());
-    }
+    let mut world = World::strided(preset, seed, options.scale)?.with_tile_cells(region.tile_cells());
+    console.warnings(&world.warnings());
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
     // With --add, the manifest of the bake that the files are added to.
-    let old = match &options.out {
-        Some(out) if options.add => Some(Manifest::read(out)?),
+    let old = match &write.folder.out {
+        Some(out) if write.add => Some(Manifest::read(out)?),
         _ => None,
     };
     if let (None, Some(known)) = (profile, old.as_ref().and_then(|old| old.profile.as_ref())) {
@@ -73,22 +63,20 @@ pub(super) fn planned(
     if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
         && let Some((fitted, named)) = profile.fitted(&world, &region)?
     {
-        if !options.manner.run.quiet {
-            say_fitted(console, profile, &region, &fitted, &named)?;
-        }
+        say_fitted(console, profile, &region, &fitted, &named)?;
         region = fitted;
-        world = World::new(world.preset().with_tile_cells(region.tile_cells()), options.seed)?;
+        world = World::new(world.preset().with_tile_cells(region.tile_cells()), seed)?;
     }
-    let out = options.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region, arguments.shard));
+    let out = write.folder.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region, arguments.shard));
     let mut height_range_m = match options.height_range {
         None => None,
         Some(AskedRange::Metres(range_m)) => Some(range_m),
-        Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, options, console)?,
+        Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, write, console)?,
     };
     let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m())?, options.vectors.options());
     let [of_meshes, of_vectors, of_heights] = arguments.format_options();
     let mut names = options.names;
-    if options.add {
+    if write.add {
         let old = old.map_or_else(|| Manifest::read(&out), Ok)?;
         let mut all = old.known_exports()?;
         all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
@@ -99,7 +87,7 @@ pub(super) fn planned(
             meshes = old.meshes.clone();
         }
         // All files of a folder share one mesh origin, whichever export reads it.
-        if options.mesh_origin.is_none() {
+        if options.meshes.mesh_origin.is_none() {
             meshes.origin = old.meshes.origin;
         }
         if old.reads("--clip") && of_vectors.is_empty() {
@@ -130,25 +118,17 @@ fn auto_range_m(
     world: &World,
     region: &Region,
     out: &Path,
-    options: &CommonArguments,
+    options: &WriteArguments,
     console: &Console,
 ) -> Result<Option<[f32; 2]>, Error> {
     if options.manner.run.dry_run {
         return Ok(None);
     }
-    let known = if options.resume || options.add { look(out).unwrap_or_default() } else { Vec::new() };
+    let known = if options.folder.resume || options.add { look(out).unwrap_or_default() } else { Vec::new() };
     if let Some(begun) = known.last() {
         return Ok(begun.manifest.chosen_range_m(world));
     }
-    let watch = Watch::default();
-    let pool = thread_pool(thread_count(options.manner.run.threads))?;
-    let range_m = thread::scope(|scope| {
-        let shown = !options.manner.run.quiet && !options.manner.run.no_progress;
-        let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
-        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
-        pool.install(|| measured_range_m(world, region, &watch))
-    })?;
-    Ok(Some(range_m))
+    watched(console, options.manner.run.threads, |watch| measured_range_m(world, region, watch)).map(Some)
 }
 
 /// Extends a bake to a larger region: bakes the tiles that are missing.
@@ -246,8 +226,8 @@ pub(super) fn carry_out(
     console: &Console,
 ) -> Result<(), Error> {
     let (world, region) = (plan.world(), plan.made());
-    let threads = thread_count(options.threads);
-    let pool = thread_pool(threads)?;
+    let threads = options.threads.count();
+    let pool = options.threads.pool()?;
     let mut cost = plan.cost(threads);
     // Keep a refusal until the plan is printed: a dry run prints the costs even of a bake that is refused.
     let hint = "give fewer --threads, a narrower --size or fewer exports";
@@ -255,14 +235,14 @@ pub(super) fn carry_out(
     let refused = Output::check(out, mode, plan, &cost);
     console.warnings(&plan.warnings());
     let may_lack_room = || refused.is_ok() && (cost.may_fill(plan, out) || short(&cost).is_err());
-    if (options.dry_run && !options.quiet) || may_lack_room() {
-        if !options.no_progress && !options.quiet && world.relief().fluvial().is_some() {
+    if (options.dry_run && !console.0.quiet) || may_lack_room() {
+        if console.shows_progress() && world.relief().fluvial().is_some() {
             // A closed standard error is ignored: there is nowhere else to report it.
             _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
         }
         cost = pool.install(|| plan.forecast(cost))?;
     }
-    if options.dry_run && !options.quiet {
+    if options.dry_run {
         print_plan(console, plan, &cost, world, threads, out)?;
     }
     refused.and_then(|()| short(&cost)).and_then(|()| Output::check(out, mode, plan, &cost))?;
@@ -275,9 +255,8 @@ pub(super) fn carry_out(
     console.warnings(&output.lock_warning());
     let start = Instant::now();
     let baked = thread::scope(|scope| {
-        let shown = !options.quiet && !options.no_progress;
         let tiles = Tiles { count: plan.tiles(), cells: (region.tile_cells() as u64).pow(2) };
-        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
+        let _reporter = Reporter::start(scope, console, &watch, Some(tiles));
         pool.install(|| {
             console.warnings(&output.changed_warnings(&watch)?);
             plan.run(&output, &watch)
@@ -285,7 +264,7 @@ pub(super) fn carry_out(
     });
     let manifest = baked.inspect_err(|_| {
         // Without a work folder nothing is kept, for example if no format can hold the output.
-        if output.can_resume() && !options.quiet {
+        if output.can_resume() && !console.0.quiet {
             let goes_on = match mode {
                 Mode::New | Mode::Resume => "the same command with --resume",
                 Mode::Replace => "the same command with --resume in the place of --overwrite",
@@ -298,12 +277,7 @@ pub(super) fn carry_out(
     console.warnings(&output.kept_warnings());
     console.warnings(&trouble(plan.maker()));
     let elapsed = start.elapsed();
-    if options.verbose {
-        print_stages(console, &watch)?;
-    }
-    if options.quiet {
-        return Ok(());
-    }
+    console.stages(&watch)?;
     // The summary of the finished bake.
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     let rate = plan.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
@@ -386,16 +360,4 @@ fn print_plan(
         line("time", format!("about {seconds:.1} s on {threads} threads"));
     }
     console.message(object, &text)
-}
-
-fn print_stages(console: &Console, watch: &Watch) -> Result<(), Error> {
-    let stages = watch.clock.stages();
-    let total: f64 = stages.iter().map(|(_, spent)| spent.as_secs_f64()).sum();
-    for (stage, spent) in stages {
-        let seconds = spent.as_secs_f64();
-        let share = 100.0 * seconds / total;
-        let object = json!({ "type": "stage", "stage": stage, "seconds": seconds, "percent": share });
-        console.message(object, &format!("{seconds:9.3} s {share:5.1} %  {stage}\n"))?;
-    }
-    Ok(())
 }

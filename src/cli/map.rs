@@ -2,17 +2,15 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
 use crate::area::Area;
-use crate::cli::args::{MapArguments, StyleArguments, sources};
+use crate::cli::args::{MapArguments, StyleArguments, WorldArguments};
 use crate::cli::bake::trouble;
 use crate::cli::console::Console;
-use crate::cli::progress::Reporter;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::watched;
 use crate::error::{Error, nearest};
 use crate::export::{Lettering, Manifest, MapPicture, SMALLER, Texts, shortest_that};
 use crate::map::Chart;
@@ -20,7 +18,6 @@ use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
 use crate::preset::Preset;
 use crate::shell::quoted;
-use crate::watch::Watch;
 
 /// Millimetres per inch.
 const INCH_MM: f64 = 25.4;
@@ -35,7 +32,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
     let place = place(arguments, bounds_m, scale);
-    let texts = texts("map", &arguments.preset, asked, (&name, seed), &place);
+    let texts = texts("map", &arguments.world, asked, (&name, seed), &place);
     let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
     let captions = captions(asked, &texts, subtitle)?;
     let most = Sheet::area(area, (&style, scale), &captions);
@@ -44,29 +41,24 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
         file = file.lettered(lettering)?;
     }
     let world = Chart::world(&preset, Some(seed))?;
-    let threads = thread_count(asked.threads);
+    let threads = asked.run.threads.count();
     let memory_bytes = file.memory_bytes(&world, scale, (most.width(), most.height()), threads);
-    if !console.may_begin("the map", memory_bytes, SMALLER, asked.dry_run)? {
+    if !console.may_begin("the map", memory_bytes, SMALLER, asked.run.dry_run)? {
         return Ok(());
     }
     file.prepare()?;
     console.warnings(&file.warnings(most, scale));
     let start = Instant::now();
-    let pool = thread_pool(threads)?;
-    let watch = Watch::default();
-    let page = thread::scope(|scope| {
-        let _reporter = Reporter::start(scope, console, &watch, None);
-        pool.install(|| {
-            watch.begin("finding what is drawn", None);
-            let chart = Chart::made_by(|world| arguments.device.maker(world, console), &world, style, scale)?;
-            let picture = Sheet::picture(&chart, area, &captions.furniture);
-            let sheet = Sheet::new(&picture, &captions);
-            console.warnings(&lacking(&sheet.missing_letters()));
-            watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
-            let written = file.write(&sheet, scale, &texts, &watch);
-            console.warnings(&trouble(chart.maker()));
-            written.map(|()| sheet.page())
-        })
+    let page = watched(console, asked.run.threads, |watch| {
+        watch.begin("finding what is drawn", None);
+        let chart = Chart::made_by(|world| arguments.device.maker(world, console), &world, style, scale)?;
+        let picture = Sheet::picture(&chart, area, &captions.furniture);
+        let sheet = Sheet::new(&picture, &captions);
+        console.warnings(&lacking(&sheet.missing_letters()));
+        watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
+        let written = file.write(&sheet, scale, &texts, watch);
+        console.warnings(&trouble(chart.maker()));
+        written.map(|()| sheet.page())
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let object = json!({
@@ -118,9 +110,10 @@ struct MapSubject {
 impl MapSubject {
     /// Reads the world of a preset or of the bake in a folder. By default a bake's own region is drawn.
     fn of(arguments: &MapArguments, console: &Console) -> Result<MapSubject, Error> {
-        let (MapArguments { preset: source, place, .. }, asked) = (arguments, &arguments.style);
+        let MapArguments { world: asked, place, .. } = arguments;
+        let source = &asked.preset;
         if !Path::new(source).is_dir() {
-            let sources = sources(source, &asked.set)?;
+            let sources = asked.sources()?;
             let preset = sources.read_all()?;
             console.warnings(&preset.warnings(&sources));
             let seed = asked.seed.unwrap_or(preset.seed);
@@ -245,7 +238,7 @@ pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) 
 /// Returns the texts that a map or an atlas carries about itself: the command that draws it again.
 pub(super) fn texts(
     command: &str,
-    source: &str,
+    WorldArguments { preset: source, set, .. }: &WorldArguments,
     asked: &StyleArguments,
     (name, seed): (&str, u64),
     place: &str,
@@ -253,7 +246,7 @@ pub(super) fn texts(
     let options = |name: &str, settings: &[String]| {
         settings.iter().fold(String::new(), |text, setting| text + &format!(" {name} {}", quoted(setting)))
     };
-    let settings = options("--set", &asked.set);
+    let settings = options("--set", set);
     let style_settings = options("--style-set", &asked.style_set);
     let title = asked.title.as_ref().map_or_else(String::new, |title| format!(" --title {}", quoted(title)));
     let overlay = asked.overlay.map_or_else(String::new, |Overlay { form, side_m }| {

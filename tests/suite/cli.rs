@@ -436,7 +436,7 @@ fn a_folder_without_a_registry_is_refused() {
     desk.refused(&["registry", "text"], &["registry.sqlite", "no tile registry"]);
     desk.write("empty/registry.sqlite", "");
     desk.refused(&["registry", "empty", "--json"], &["registry.sqlite", "no tile registry"]);
-    desk.refused(&["registry"], &["<FOLDER>"]);
+    desk.refused(&["registry"], &["<DIR>"]);
 }
 
 /// What a map cannot be: options, and what must be said.
