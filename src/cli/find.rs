@@ -9,6 +9,7 @@ use crate::cli::console::Console;
 use crate::error::Error;
 use crate::export::told_memory_bytes;
 use crate::find::{Finder, Found, Query};
+use crate::shell::quoted;
 
 /// Bytes of the land that one thread searches at a time.
 const PART_BYTES: u64 = 32 << 20;
@@ -79,12 +80,12 @@ fn rounded(value: f64) -> f64 {
 fn command(arguments: &FindArguments, finder: &Finder, found: &Found) -> String {
     let [x, y] = found.at_km.map(|km| (km * 100.0).round() / 100.0);
     let WorldArguments { preset, seed, set } = &arguments.world;
-    let mut command = format!("terrane bake {preset}");
+    let mut command = format!("terrane bake {}", quoted(preset));
     if seed.is_some() {
         write!(command, " --seed {}", finder.world().seed()).expect("a String takes everything");
     }
     for setting in set {
-        write!(command, " --set '{setting}'").expect("a String takes everything");
+        write!(command, " --set {}", quoted(setting)).expect("a String takes everything");
     }
     command + &format!(" --around={x},{y},{}", found.around_km)
 }

@@ -1282,6 +1282,10 @@ fn what_is_looked_for_is_found_nearest_first() {
             assert!(one["bake"].as_str().unwrap().starts_with("terrane bake alps --seed 5 "), "{one}");
         }
     }
+    // The command is one for a shell, whatever the file is called.
+    desk.write("my alps.toml", "extends = \"alps\"\n");
+    let found = desk.done(&["find", "my alps.toml", "place", "--limit=1", "--json"]).object();
+    assert!(found["bake"].as_str().unwrap().starts_with("terrane bake 'my alps.toml' --around="), "{found}");
     desk.refused(&["find", "alps", "castle"], &["castle", "\"town on river\""]);
     desk.refused(&["find", "alps", "peak > high"], &["expected a number"]);
     desk.refused(&["find", "small.toml", "lake"], &["noise", "fluvial"]);
