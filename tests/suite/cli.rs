@@ -786,6 +786,13 @@ fn completions_and_the_manual_know_the_options() {
             assert!(script.contains(word), "the script for {shell} lacks {word:?}");
         }
     }
+    let fish = desk.done(&["completions", "fish"]).stdout;
+    for (command, name) in
+        [("bake", "alps"), ("map", "alps"), ("find", "alps"), ("explore", "alps"), ("styles", "night")]
+    {
+        let names = |line: &&str| line.contains(&format!("_using_subcommand {command}\" -a")) && line.contains(name);
+        assert!(fish.lines().any(|line| names(&line)), "fish knows no {name} for {command}\n{fish}");
+    }
     desk.refused(&["completions", "cmd"], &["cmd", "bash", "zsh", "fish"]);
     let manual = desk.done(&["man"]).stdout;
     for word in [".TH terrane", ".SH", "\\-\\-overwrite", "\\-\\-dry\\-run", "COLSxROWS"] {
