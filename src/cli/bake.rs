@@ -47,8 +47,8 @@ pub(super) fn planned(
     console.warnings(&preset.warnings(&sources));
     let place = arguments.place.located(&preset, seed)?;
     let asked = place.region(preset.tile_cells, preset.spacing_m)?;
-    let mut region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
-    let mut world = World::strided(preset, seed, options.scale)?.with_tile_cells(region.tile_cells());
+    let mut region = if options.stride == Stride::ONE { asked } else { asked.strided(options.stride)? };
+    let mut world = World::strided(preset, seed, options.stride)?.with_tile_cells(region.tile_cells());
     console.warnings(&world.warnings());
     let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
     // With --add, the manifest of the bake that the files are added to.

@@ -442,7 +442,7 @@ fn a_folder_without_a_registry_is_refused() {
 /// What a map cannot be: options, and what must be said.
 const BAD_MAPS: &[(&[&str], &[&str])] = &[
     (&["--scale", "1:0"], &["1:0", "1:50000"]),
-    (&["--scale", "50000"], &["50000", "1:50000"]),
+    (&["--scale", "1/4"], &["1/4", "1:50000", "--stride"]),
     (&["--scale", "1:50000", "--width", "300"], &["--scale", "--width"]),
     (&["--dpi", "0"], &["10 to 2400"]),
     (&["--bounds=5,5,-5,10"], &["nothing", "--bounds=-10,-10,10,10"]),
@@ -1226,8 +1226,8 @@ fn a_bake_at_a_scale_covers_the_same_ground_and_says_so() {
         "--at=-8,4",
         "--size",
         "8x4",
-        "--scale",
-        "1/4",
+        "--stride",
+        "4",
         "--export",
         "exr,map",
         "--out",
@@ -1262,9 +1262,9 @@ fn regions_are_asked_for_in_kilometres() {
         (&["--around=1,2"], "expected 3 numbers"),
         (&["--bounds=0,0,1e300,1"], "leaves the coordinates"),
         (&["--around=0,0,1", "--at=0,0"], "cannot be used with"),
-        (&["--scale", "1/3"], "1/2, 1/4"),
-        (&["--scale", "1/8192"], "1/4096"),
-        (&["--scale", "2"], "1/2, 1/4"),
+        (&["--stride", "3"], "1, 2, 4"),
+        (&["--stride", "8192"], "to 4096"),
+        (&["--scale", "1:50000"], "map and atlas"),
     ] {
         desk.refused(&[&["bake", "small.toml"], arguments].concat(), &[word]);
     }

@@ -95,10 +95,9 @@ pub struct CommonArguments {
     /// same in every region.
     #[arg(long, value_name = "region|world", default_value = "region")]
     pub names: TileNames,
-    /// The scale of the bake: 1/2, 1/4 to 1/4096 keep every second, every fourth vertex and so on in each direction, of
-    /// land as it looks from that far.
-    #[arg(long, value_name = "1/N", default_value = "1", value_parser = parse_scale)]
-    pub scale: Stride,
+    /// Keep every N-th vertex in each direction, of land as it looks from that far: 2, 4, 8 and so on to 4096.
+    #[arg(long, alias = "scale", value_name = "N", default_value = "1", value_parser = parse_stride)]
+    pub stride: Stride,
     /// Refuse to bake unless this program makes the worlds of the given version.
     #[arg(long, value_name = "VERSION")]
     pub generator: Option<String>,
@@ -183,13 +182,13 @@ impl BakeArguments {
         self.world.sources_in_tiles(self.common.tile_cells)
     }
 
-    /// True if an option sets the size of the region or of its tiles. --scale counts too, as it scales a given region.
+    /// True if an option sets the size of the region or of its tiles. --stride counts too, as it changes a given region.
     pub fn asks_for_size(&self) -> bool {
         let PlaceArguments { size, bounds, around, .. } = &self.place;
-        let CommonArguments { tile_cells, scale, .. } = &self.common;
+        let CommonArguments { tile_cells, stride, .. } = &self.common;
         let is_size = |setting: &String| setting.split('=').next().is_some_and(|key| key.trim() == "tile_cells");
         let in_tiles = size.is_some() || tile_cells.is_some() || self.world.set.iter().any(is_size);
-        in_tiles || bounds.is_some() || around.is_some() || *scale != Stride::ONE
+        in_tiles || bounds.is_some() || around.is_some() || *stride != Stride::ONE
     }
 
     /// Returns the options for the meshes of a region.
@@ -281,10 +280,11 @@ fn parse_range(text: &str) -> Result<AskedRange, String> {
     Ok(AskedRange::Metres(metres.map(|metres| metres as f32)))
 }
 
-fn parse_scale(text: &str) -> Result<Stride, String> {
-    let vertices = text.strip_prefix("1/").unwrap_or(if text == "1" { "1" } else { "" });
-    let stride = vertices.parse().ok().and_then(Stride::new);
-    stride.ok_or_else(|| "expected 1, or 1/2, 1/4, 1/8 and so on to 1/4096".to_owned())
+/// Reads a stride such as 4, or 1/4.
+fn parse_stride(text: &str) -> Result<Stride, String> {
+    let stride = text.strip_prefix("1/").unwrap_or(text).parse().ok().and_then(Stride::new);
+    let paper = if text.contains(':') { "; a scale on paper is for map and atlas" } else { "" };
+    stride.ok_or_else(|| format!("expected 1, 2, 4, 8 and so on to 4096{paper}"))
 }
 
 /// Returns the vertex at a place in metres east and north of the origin.

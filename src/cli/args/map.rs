@@ -105,12 +105,14 @@ fn parse_overlay(text: &str) -> Result<Overlay, String> {
     Ok(Overlay { form, side_m: 1000.0 * parse_kilometres(km)? })
 }
 
-/// Reads a scale on paper such as 1:50000, and returns its denominator.
+/// Reads a scale on paper such as 1:50000, or 50000, and returns its denominator.
 pub fn parse_map_scale(text: &str) -> Result<f64, String> {
-    let number = text.trim().strip_prefix("1:").unwrap_or_default().replace(['_', ' '], "");
+    let trimmed = text.trim();
+    let number = trimmed.strip_prefix("1:").unwrap_or(trimmed).replace(['_', ' '], "");
+    let share = if text.contains('/') { "; a share of the vertices is --stride of a bake" } else { "" };
     match number.parse::<f64>() {
         Ok(number) if (1.0..=1e12).contains(&number) => Ok(number),
-        _ => Err(format!("expected 1: and a number from 1 on, such as 1:50000, found {text:?}")),
+        _ => Err(format!("expected 1: and a number from 1 on, such as 1:50000, found {text:?}{share}")),
     }
 }
 
