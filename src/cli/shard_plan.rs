@@ -16,14 +16,14 @@ use crate::export::{Plan, Trial};
 
 /// Options left out of the shards' commands, each with a value: those that `bake` does not know, and `--out`, as each
 /// shard has its own folder.
-const OWN: [&str; 6] = ["--engine", "--shards", "--minutes", "--image", "--claim", "--out"];
+const OWN: [&str; 7] = ["--engine", "--shards", "--shard-minutes", "--minutes", "--image", "--claim", "--out"];
 
 /// Options of the same kind that take no value: they are about what is said here.
 const SAID: [&str; 5] = ["--json", "--quiet", "-q", "--verbose", "-v"];
 
 /// Prints a job.
 pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<(), Error> {
-    let ShardPlanArguments { world, engine, shards, minutes, image, claim, place, common, out, threads, device } =
+    let ShardPlanArguments { world, engine, shards, shard_minutes, image, claim, place, common, out, threads, device } =
         arguments;
     if world.preset == "-" {
         return Err(Error::Option {
@@ -41,7 +41,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
         let trial = thread_pool(threads)?.install(|| plan.trial())?;
         let shards = match shards {
             Some(shards) => shards,
-            None => fitting(&plan, &trial, minutes * 60.0)?,
+            None => fitting(&plan, &trial, shard_minutes * 60.0)?,
         };
         let merge_memory_bytes = plan.cost(threads).memory_bytes();
         let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;

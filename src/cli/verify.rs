@@ -16,7 +16,7 @@ use crate::export::{self, Bytes, Cleaned, Rebake, Repaired};
 pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), Error> {
     let folder = &arguments.folder;
     let rebake = match arguments {
-        VerifyArguments { files: true, .. } => Rebake::None,
+        VerifyArguments { files_only: true, .. } => Rebake::None,
         VerifyArguments { all: true, .. } => Rebake::Share(1.0),
         VerifyArguments { sample, .. } => Rebake::Share(*sample),
     };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::shared::parse_group_side;
+use super::shared::{CameraArguments, parse_group_side};
 use crate::cli::thread_count;
 
 #[derive(Args)]
@@ -15,13 +15,8 @@ pub struct ExperimentArguments {
     /// With agents, without, or both.
     #[arg(long, value_name = "LIST", default_value = "on,off", value_delimiter = ',')]
     pub agents: Vec<Switch>,
-    /// Minutes that the camera walks, in its own time; it turns each minute.
-    #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true)]
-    pub minutes: f64,
-    /// Speed of the camera in metres per second; the default is enough for a hundred expansions of 512-metre tiles in
-    /// five minutes.
-    #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true)]
-    pub speed: f64,
+    #[command(flatten)]
+    pub camera: CameraArguments,
     /// The device that makes the land of tiles: cpu, gpu, or both side by side.
     #[arg(long, value_name = "LIST", default_value = "cpu", value_delimiter = ',')]
     pub device: Vec<String>,
@@ -40,10 +35,10 @@ pub struct ExperimentArguments {
     /// Threads to use, or several numbers to compare, such as 1,all; all means one a core. The baseline has one.
     #[arg(long, value_name = "LIST", default_value = "all", value_delimiter = ',', value_parser = parse_threads)]
     pub threads: Vec<usize>,
-    /// Folder for the report [default: out/experiment].
+    /// Folder to write to [default: out/experiment].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the experiment that is in the folder.
+    /// Replace what is there.
     #[arg(long)]
     pub overwrite: bool,
 }

@@ -7,7 +7,12 @@ use clap::Args;
 use super::place::PlaceArguments;
 use super::shared::{ThreadOptions, WorldArguments};
 
+/// Help for the preset of the explorer.
+const SOURCE: &str =
+    "A preset file, which may be edited while the page is open, or the name of a built-in preset (terrane presets)";
+
 #[derive(Args)]
+#[command(mut_arg("preset", |preset| preset.help(SOURCE)))]
 pub struct ExploreArguments {
     #[command(flatten)]
     pub world: WorldArguments,

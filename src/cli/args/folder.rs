@@ -48,8 +48,8 @@ pub struct VerifyArguments {
     #[arg(long, conflicts_with = "sample")]
     pub all: bool,
     /// Check only the files, and bake no tile again.
-    #[arg(long, conflicts_with_all = ["sample", "all"])]
-    pub files: bool,
+    #[arg(long, alias = "files", conflicts_with_all = ["sample", "all"])]
+    pub files_only: bool,
     #[command(flatten)]
     pub threads: ThreadOptions,
 }

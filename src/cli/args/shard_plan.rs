@@ -11,6 +11,7 @@ use super::values::within;
 
 #[derive(Args)]
 #[command(next_help_heading = "Job")]
+#[command(mut_arg("preset", |preset| preset.help("A preset file, or the name of a built-in preset (terrane presets)")))]
 pub struct ShardPlanArguments {
     #[command(flatten)]
     pub world: WorldArguments,
@@ -18,13 +19,13 @@ pub struct ShardPlanArguments {
     /// shard, and last the merge.
     #[arg(long, value_name = "NAME")]
     pub engine: Scheduler,
-    /// Number of shards [default: as many as each take about --minutes].
+    /// Number of shards [default: as many as each take about --shard-minutes].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub shards: Option<u64>,
     /// Minutes that a shard shall take on this machine's cores, or on as many threads as --threads says.
-    #[arg(long, value_name = "N", default_value_t = 60.0, value_parser = within(0.1..=1e6, " minutes"))]
+    #[arg(long, alias = "minutes", value_name = "N", default_value_t = 60.0, value_parser = within(0.1..=1e6, " minutes"))]
     #[arg(conflicts_with = "shards")]
-    pub minutes: f64,
+    pub shard_minutes: f64,
     /// Kubernetes: the container image that contains terrane.
     #[arg(long, value_name = "NAME", default_value = "terrane")]
     pub image: String,
@@ -35,8 +36,8 @@ pub struct ShardPlanArguments {
     pub place: PlaceArguments,
     #[command(flatten)]
     pub common: CommonArguments,
-    /// Folder for the whole bake; the shards get folders beside it [default: in out/, named after preset, seed, place
-    /// and size].
+    /// Folder to write to; the shards get folders beside it [default: in out/, named after preset, seed, place and
+    /// size].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

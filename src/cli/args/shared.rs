@@ -62,7 +62,7 @@ pub struct FolderArguments {
     /// Folder to write to [default: in out/, named after preset, seed, and place and size or way].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace what is in the folder. The old files stay whole until the new ones are complete.
+    /// Replace what is there. The old files stay whole until the new ones are complete.
     #[arg(long)]
     pub overwrite: bool,
     /// Go on with the same command where it was cut off; if it is complete, make damaged files again.
@@ -79,6 +79,19 @@ impl FolderArguments {
             _ => Mode::New,
         }
     }
+}
+
+/// The camera of the thesis' experiment, on its way through the terrain.
+#[derive(Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraArguments {
+    /// Minutes that the camera walks, in its own time; it turns to the right each minute.
+    #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true)]
+    pub minutes: f64,
+    /// Speed of the camera in metres per second; by default enough for a hundred expansions of 512-metre tiles in five
+    /// minutes.
+    #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true)]
+    pub speed: f64,
 }
 
 /// Options for writing vectors.
@@ -163,7 +176,7 @@ pub struct Manner {
 pub struct RunOptions {
     #[command(flatten)]
     pub threads: ThreadOptions,
-    /// Print what would be done and what it would cost, and write nothing.
+    /// Print what would be done, and what it would cost, and do nothing.
     #[arg(long)]
     pub dry_run: bool,
 }

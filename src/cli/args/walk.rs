@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Named;
-use super::shared::{FolderArguments, Manner, VectorArguments, WorldArguments};
+use super::shared::{CameraArguments, FolderArguments, Manner, VectorArguments, WorldArguments};
 use super::values::parse_tile;
 use crate::area::TileId;
 use crate::error::Error;
@@ -19,21 +19,17 @@ pub struct WalkArguments {
     pub world: WorldArguments,
     /// The walker's way, straight from place to place: a text file with one place per line, metres east and north of
     /// the origin with a comma between.
-    #[arg(long, value_name = "FILE", help_heading = "Way")]
+    #[arg(long, value_name = "FILE", help_heading = "Camera")]
     #[arg(conflicts_with_all = ["minutes", "speed", "at"])]
     pub path: Option<PathBuf>,
-    /// Minutes that the walker goes like the camera of the thesis' experiment, which turns to the right each minute.
-    #[arg(long, value_name = "N", default_value_t = 5.0, allow_negative_numbers = true, help_heading = "Way")]
-    pub minutes: f64,
-    /// Speed of the camera in metres per second.
-    #[arg(long, value_name = "V", default_value_t = 128.0, allow_negative_numbers = true, help_heading = "Way")]
-    pub speed: f64,
+    #[command(flatten)]
+    pub camera: CameraArguments,
     /// Tile in whose middle the camera starts: tiles east and tiles south of tile 0,0; may be negative.
     #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_tile)]
-    #[arg(help_heading = "Way")]
+    #[arg(help_heading = "Camera")]
     pub at: TileId,
     /// Layers of tiles around the walker's own tile, made as the walker comes near.
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Way")]
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Camera")]
     pub layers: u32,
     /// Cells a tile side, 16 to 4096 [default: the preset's].
     #[arg(long, value_name = "N")]
@@ -43,8 +39,8 @@ pub struct WalkArguments {
     #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
     #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
     pub export: String,
-    /// Name files of tiles after the number of the tile in the world, or after its place in the region around all
-    /// tiles.
+    /// Name files of tiles after the place of the tile in the region around all, or after its number in the world,
+    /// which is the same in every region.
     #[arg(long, value_name = "region|world", default_value = "world")]
     pub names: TileNames,
     #[command(flatten)]
@@ -63,7 +59,7 @@ impl WalkArguments {
 
     /// Returns the tour that the options ask for.
     pub fn tour(&self) -> Result<Tour, Error> {
-        let WalkArguments { path, minutes, speed, at, layers, .. } = self;
+        let WalkArguments { path, camera: CameraArguments { minutes, speed }, at, layers, .. } = self;
         let way = match path {
             Some(path) => Way::of_file(path)?,
             None => Way::Camera { at: *at, minutes: *minutes, speed_m_s: *speed },
