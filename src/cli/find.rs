@@ -6,10 +6,12 @@ use serde_json::json;
 
 use crate::cli::args::{FindArguments, WorldArguments};
 use crate::cli::console::Console;
+use crate::cli::progress::watched;
 use crate::error::Error;
 use crate::export::told_memory_bytes;
 use crate::find::{Finder, Found, Query};
 use crate::shell::quoted;
+use crate::watch::Watch;
 
 /// Bytes of the land that one thread searches at a time.
 const PART_BYTES: u64 = 32 << 20;
@@ -27,10 +29,10 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
     if !console.may_begin("the search", memory_bytes, "give fewer --threads", arguments.run.dry_run)? {
         return Ok(());
     }
-    let pool = arguments.run.threads.pool()?;
     for (number, query) in queries.iter().enumerate() {
         let limit = arguments.limit as usize;
-        let found = pool.install(|| finder.find(query, arguments.near, arguments.radius, limit))?;
+        let search = |watch: &Watch| finder.find(query, arguments.near, arguments.radius, limit, watch);
+        let found = watched(console, arguments.run.threads, search)?;
         if console.is_json() {
             for found in &found {
                 // Round to 6 decimals: millimetres for places in kilometres, and all significant digits of a value.

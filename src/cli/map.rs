@@ -29,30 +29,30 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let MapSubject { name, preset, seed, bounds_m } = MapSubject::of(arguments, console)?;
     let scale = scale(arguments, bounds_m);
     let out = arguments.out.clone().unwrap_or_else(|| default_file(&name, seed, bounds_m, scale, &asked.style));
+    let bounds_m = on_pixels(bounds_m, scale, arguments);
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
     let place = place(arguments, bounds_m, scale);
     let texts = texts("map", &arguments.world, asked, (&name, seed), &place);
     let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
-    let captions = captions(asked, &texts, subtitle)?;
+    let captions = captions(asked, furniture(asked)?, &texts, subtitle)?;
     let most = Sheet::area(area, (&style, scale), &captions);
     let mut file = MapPicture::new(&out, (most.width(), most.height()), asked.overwrite)?;
     if let Some(lettering) = arguments.text {
         file = file.lettered(lettering)?;
     }
     let world = Chart::world(&preset, Some(seed))?;
-    let threads = asked.run.threads.count();
+    let threads = asked.manner.run.threads.count();
     let memory_bytes = file.memory_bytes(&world, scale, (most.width(), most.height()), threads);
-    if !console.may_begin("the map", memory_bytes, SMALLER, asked.run.dry_run)? {
+    if !console.may_begin("the map", memory_bytes, SMALLER, asked.manner.run.dry_run)? {
         return Ok(());
     }
     file.prepare()?;
     console.warnings(&file.warnings(most, scale));
     let start = Instant::now();
-    let page = watched(console, asked.run.threads, |watch| {
-        watch.begin("finding what is drawn", None);
-        let chart = Chart::made_by(|world| arguments.device.maker(world, console), &world, style, scale)?;
-        let picture = Sheet::picture(&chart, area, &captions.furniture);
+    let page = watched(console, asked.manner.run.threads, |watch| {
+        let chart = Chart::made_by(|world| asked.manner.device.maker(world, console), &world, style, scale)?;
+        let picture = Sheet::picture(&chart, area, &captions.furniture, watch);
         let sheet = Sheet::new(&picture, &captions);
         console.warnings(&lacking(&sheet.missing_letters()));
         watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
@@ -182,6 +182,15 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     Scale { metres_per_pixel, pixels_per_mm }
 }
 
+/// Returns bounds whose western and eastern edges lie between pixels if the number of pixels is given: edges that halve a
+/// pixel would be rounded to one pixel more or less.
+fn on_pixels(bounds_m: [f64; 4], scale: Scale, arguments: &MapArguments) -> [f64; 4] {
+    let [west, south, _, north] = bounds_m;
+    let first = (west / scale.metres_per_pixel).round();
+    let edge = |pixels: u32| (first + f64::from(pixels)) * scale.metres_per_pixel;
+    arguments.width.map_or(bounds_m, |width| [edge(0), south, edge(width), north])
+}
+
 /// Returns the options that draw the same pixels at the same scale again, with as few digits as that needs.
 fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
     let measure = match (arguments.scale, arguments.metres_per_pixel) {
@@ -205,8 +214,8 @@ pub(super) fn pixels_per_mm(asked: &StyleArguments) -> f64 {
     asked.dpi / INCH_MM
 }
 
-/// Returns the captions and furniture around a map.
-pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) -> Result<Captions, Error> {
+/// Returns the furniture around a map.
+pub(super) fn furniture(asked: &StyleArguments) -> Result<BTreeSet<Furniture>, Error> {
     let mut furniture = BTreeSet::new();
     for part in asked.furniture.split(',').map(str::trim) {
         match (part, Furniture::ALL.into_iter().find(|known| known.name() == part)) {
@@ -223,6 +232,16 @@ pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) 
             }
         }
     }
+    Ok(furniture)
+}
+
+/// Returns the captions around a map.
+pub(super) fn captions(
+    asked: &StyleArguments,
+    furniture: BTreeSet<Furniture>,
+    texts: &Texts,
+    subtitle: String,
+) -> Result<Captions, Error> {
     let letters = texts.title.chars().count();
     if letters > MOST_TITLE {
         return Err(Error::Option {

@@ -491,6 +491,9 @@ fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let again: Vec<&str> = recipe.split(' ').skip(1).chain(["--out", "again.png"]).collect();
     desk.done(&again);
     assert_eq!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
+    // Edges that halve a pixel add none.
+    let odd = ["--bounds=-0.1,-0.1,0.1,0.1", "--width", "101", "--furniture", "none", "--out", "odd.png"];
+    assert_eq!(desk.done(&[&["map", "small.toml", "--json"][..], &odd].concat()).last_object()["width"], 101);
     desk.refused(&[&["map", "small.toml"][..], &options].concat(), &["m.png", "already", "--overwrite"]);
     desk.done(&[&["map", "small.toml", "--overwrite", "--style", "night"][..], &options].concat());
     assert_ne!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
@@ -597,6 +600,11 @@ fn an_atlas_has_an_index_sheets_and_a_document() {
     let files: Vec<&str> = drawn["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
     assert_eq!(files, ["index.png", "A1.png", "A2.png", "atlas.pdf"].map(|name| format!("atlas/{name}")));
     assert!(files.iter().all(|file| desk.path(file).is_file()));
+    // A place with a size takes as many sheets as cover it.
+    let place = ["atlas", "small.toml", "--bounds=-0.1,-0.1,0.3,0.1", "--format", "png", "--json", "--out", "place"];
+    let drawn = desk.done(&[&place[..], &atlas[4..10]].concat()).last_object();
+    assert_eq!(drawn["files"].as_array().unwrap().len(), 1 + 3 * 2, "{drawn}");
+    desk.refused(&[&atlas[..10], &["--around=0,0,1"]].concat(), &["--sheets"]);
     desk.refused(&[&atlas[..], &["--out", "atlas"]].concat(), &["A1.png", "already", "--overwrite"]);
     desk.done(&[&atlas[..], &["--out", "atlas", "--overwrite", "--format", "pdf"]].concat());
     for (option, value, words) in [
@@ -604,6 +612,7 @@ fn an_atlas_has_an_index_sheets_and_a_document() {
         ("--paper", "a9", "a0 to a6"),
         ("--overlap", "500", "no room"),
         ("--middle", "Nowhere", "noise"),
+        ("--around", "Nowhere", "noise"),
         ("--sheets", "2x40", "1 to 26 rows"),
     ] {
         desk.refused(&["atlas", "small.toml", option, value, "--out", "other"], &[words]);
@@ -947,11 +956,13 @@ fn progress_names_what_is_done_and_counts_what_is_made() {
     let is = |stage: &'static str| move |object: &Value| object["stage"] == stage;
     let goes_on =
         |stage: &'static str| move |object: &Value| object["stage"] == stage && object["seconds_left"] != Value::Null;
-    // What is not counted has no share and no end.
+    // What a map shows is looked for square by square, and what is searched for block by block.
     let map = ["map", "alps", "--around=0,0,100", "--scale", "1:200000", "--out", "map.png"];
-    let finding = progress_until(&desk, &map, is("finding what is drawn"));
-    let nothing = [&finding["of"], &finding["percent"], &finding["seconds_left"], &finding["tiles"]];
-    assert_eq!(nothing, [&Value::Null; 4], "{finding}");
+    let find = ["find", "alps", "lake > 1000 km2"];
+    for (arguments, stage) in [(&map[..], "planning roads"), (&find, "searching")] {
+        let told = progress_until(&desk, arguments, is(stage));
+        assert!(told["of"].as_u64() > Some(9) && told["percent"].is_number() && told["tiles"].is_null(), "{told}");
+    }
     // A map that is long from north to south, and an atlas of many small sheets.
     let map = ["map", "slow.toml", "--bounds=0,-1000,1,0", "--width", "256", "--out", "map.png", "--furniture", "none"];
     let atlas = ["atlas", "slow.toml", "--sheets", "36x25", "--paper", "100x100", "--out", "atlas", "--format", "png"];

@@ -5,27 +5,31 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::map::{StyleArguments, parse_map_scale};
-use super::place::Around;
+use super::place::PlaceArguments;
 use super::shared::WorldArguments;
-use super::values::{parse_numbers, parse_size, within};
+use super::values::{parse_size, within};
 
 #[derive(Args)]
+#[command(mut_arg("around", |around| around.value_name("X,Y[,KM]|NAME[,KM]")))]
+#[command(mut_arg("at", |at| at.help("North-western tile of the place: tiles east and tiles south of tile 0,0; may be negative")))]
+#[command(mut_arg("size", |size| size.help("Size of the place in tiles [default: 8x8 if there is --at]")))]
 pub struct AtlasArguments {
     #[command(flatten)]
     pub world: WorldArguments,
-    /// The folder to write to [default: in out/, named after preset, seed, place, sheets, scale and style].
+    /// Folder to write to [default: in out/, named after preset, seed, place, sheets, scale and style].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// The formats to write: png for one picture per sheet, pdf for one document of all sheets.
     #[arg(long, value_name = "LIST", default_value = "png,pdf", value_delimiter = ',')]
     pub format: Vec<AtlasFormat>,
-    /// Sheets from west to east and from north to south.
-    #[arg(long, value_name = "COLSxROWS", default_value = "2x2", value_parser = parse_size)]
-    pub sheets: (u64, u64),
-    /// The middle of all sheets in kilometres east and north of the origin, or the name of something there.
-    #[arg(long, value_name = "X,Y|NAME", default_value = "0,0", allow_hyphen_values = true, value_parser = parse_middle)]
-    pub middle: Around,
-    /// The scale on paper.
+    #[command(flatten)]
+    pub place: PlaceArguments,
+    /// Sheets from west to east and from north to south, around a middle [default: as many as the place takes, or 2x2
+    /// if it has no size].
+    #[arg(long, value_name = "COLSxROWS", help_heading = "Place", value_parser = parse_size)]
+    #[arg(conflicts_with_all = ["at", "size", "bounds"])]
+    pub sheets: Option<(u64, u64)>,
+    /// The scale on paper, such as 1:50000.
     #[arg(long, value_name = "1:N", default_value = "1:50000", value_parser = parse_map_scale, help_heading = "Scale")]
     pub scale: f64,
     /// The paper: a0 to a6, letter, legal or tabloid, or millimetres such as 420x297.
@@ -48,15 +52,6 @@ pub enum AtlasFormat {
     Png,
     /// One document of all sheets, with links.
     Pdf,
-}
-
-/// Reads a place in kilometres east and north, or a name.
-fn parse_middle(text: &str) -> Result<Around, String> {
-    match text.split(',').next().is_some_and(|part| part.trim().parse::<f64>().is_ok()) {
-        true => parse_numbers::<2>(text).map(|middle| Around::Place(middle, 0.0)),
-        false if text.trim().is_empty() => Err("expected X,Y or a name".to_owned()),
-        false => Ok(Around::Named(text.trim().to_owned(), None)),
-    }
 }
 
 /// Reads a paper size in millimetres: the longer side first for named sizes, in the given order for numbers.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::place::PlaceArguments;
-use super::shared::{DeviceArguments, RunOptions, WorldArguments};
+use super::shared::{Manner, WorldArguments};
 use super::values::{parse_kilometres, within};
 use super::{Named, style_names};
 use crate::error::Error;
@@ -34,7 +34,7 @@ pub struct MapArguments {
     #[arg(long, value_name = "1:N", value_parser = parse_map_scale, help_heading = "Scale")]
     #[arg(conflicts_with_all = ["width", "metres_per_pixel"])]
     pub scale: Option<f64>,
-    /// Pixels from west to east [default: 2048].
+    /// Pixels of the map from west to east, without what stands around it [default: 2048].
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=1_000_000), help_heading = "Scale")]
     #[arg(conflicts_with = "metres_per_pixel")]
     pub width: Option<u32>,
@@ -46,8 +46,6 @@ pub struct MapArguments {
     /// browsers use].
     #[arg(long, value_name = "HOW", value_parser = parse_lettering, help_heading = "Sheet")]
     pub text: Option<Lettering>,
-    #[command(flatten)]
-    pub device: DeviceArguments,
     #[command(flatten)]
     pub style: StyleArguments,
 }
@@ -76,11 +74,11 @@ pub struct StyleArguments {
     /// Numbered cells over a map, with their width in kilometres.
     #[arg(long, value_name = "squares:KM|hexes:KM", value_parser = parse_overlay, help_heading = "Sheet")]
     pub overlay: Option<Overlay>,
-    /// Replace files that are there.
+    /// Replace what is there.
     #[arg(long)]
     pub overwrite: bool,
     #[command(flatten)]
-    pub run: RunOptions,
+    pub manner: Manner,
 }
 
 impl StyleArguments {

@@ -28,7 +28,6 @@ pub use explore::ExploreArguments;
 pub use find::FindArguments;
 pub use folder::{RegistryArguments, Started, VerifyArguments};
 pub use map::{MapArguments, StyleArguments};
-pub use place::Around;
 pub use shard_plan::{Scheduler, ShardPlanArguments};
 pub use shared::{FolderArguments, Manner, MessageOptions, RunOptions, ThreadOptions, WorldArguments};
 pub use walk::WalkArguments;
@@ -99,7 +98,7 @@ pub enum Command {
         /// Folder of the bake.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
-        /// Say what would be removed and remove nothing.
+        /// Print what would be done, and do nothing.
         #[arg(long)]
         dry_run: bool,
     },

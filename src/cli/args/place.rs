@@ -26,31 +26,40 @@ pub struct PlaceArguments {
     /// within 300 km of the origin, or a lake, river or peak within 30 km), and the region's width and height in
     /// kilometres.
     #[arg(long, value_name = "X,Y,KM|NAME[,KM]", allow_hyphen_values = true, value_parser = parse_around)]
-    #[arg(conflicts_with_all = ["at", "size"])]
+    #[arg(alias = "middle", conflicts_with_all = ["at", "size"])]
     pub around: Option<Around>,
 }
 
-/// The middle of a region, with the region's width and height in kilometres.
+/// The middle of a region, and perhaps the region's width and height in kilometres.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Around {
-    /// Kilometres east and north of the origin, and the width and height.
-    Place([f64; 2], f64),
-    /// The name of something, and the width and height; by default the region is as wide as the named thing.
-    Named(String, Option<f64>),
+pub struct Around {
+    pub middle: Middle,
+    pub km: Option<f64>,
+}
+
+/// The middle of a region.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Middle {
+    /// Kilometres east and north of the origin.
+    At([f64; 2]),
+    /// The name of something.
+    Named(String),
 }
 
 fn parse_around(text: &str) -> Result<Around, String> {
     let is_number = |part: &str| part.trim().parse::<f64>().is_ok();
-    if text.split(',').next().is_some_and(is_number) {
-        return parse_numbers::<3>(text).map(|[x, y, km]| Around::Place([x, y], km));
+    let parts: Vec<&str> = text.split(',').collect();
+    if is_number(parts[0]) {
+        return match parts.len() {
+            2 => parse_numbers(text).map(|at| Around { middle: Middle::At(at), km: None }),
+            _ => parse_numbers(text).map(|[x, y, km]| Around { middle: Middle::At([x, y]), km: Some(km) }),
+        };
     }
-    let name = |text: &str| match text.trim() {
+    let (name, km) = text.rsplit_once(',').map_or((text, None), |(name, km)| (name, Some(km)));
+    let km = km.map(parse_kilometres).transpose()?;
+    match name.trim() {
         "" => Err("expected X,Y,KM or a name".to_owned()),
-        name => Ok(name.to_owned()),
-    };
-    match text.rsplit_once(',') {
-        Some((before, km)) => Ok(Around::Named(name(before)?, Some(parse_kilometres(km)?))),
-        None => Ok(Around::Named(name(text)?, None)),
+        name => Ok(Around { middle: Middle::Named(name.to_owned()), km }),
     }
 }
 
@@ -67,26 +76,45 @@ impl PlaceArguments {
         self.at.is_some() || self.size.is_some() || self.bounds.is_some() || self.around.is_some()
     }
 
+    /// True if the place has a size of its own, and not its middle alone.
+    pub fn has_size(&self) -> bool {
+        self.is_given() && self.around.as_ref().is_none_or(|around| around.km.is_some())
+    }
+
     /// Returns the same place by numbers alone: a name is looked up in the world of a preset.
     ///
     /// # Errors
     /// When nothing has the name.
     pub fn located(&self, preset: &Preset, seed: Option<u64>) -> Result<PlaceArguments, Error> {
         let mut located = self.clone();
-        if let Some(Around::Named(name, km)) = &self.around {
+        if let Some(Around { middle: Middle::Named(name), km }) = &self.around {
             let found = find::named(preset.clone(), seed, name, [0.0; 2])?;
-            located.around = Some(Around::Place(found.at_km, km.unwrap_or(found.around_km)));
+            located.around = Some(Around { middle: Middle::At(found.at_km), km: km.or(Some(found.around_km)) });
         }
         Ok(located)
+    }
+
+    /// Returns the middle of a place without a size, in kilometres east and north of the origin.
+    pub fn middle_km(&self) -> [f64; 2] {
+        match self.around {
+            Some(Around { middle: Middle::At(at), .. }) => at,
+            _ => [0.0; 2],
+        }
     }
 
     /// Returns the rectangle from --bounds or --around in kilometres, if one is given: west, south, east and north.
     fn bounds_km(&self, spacing_m: f64) -> Result<Option<[f64; 4]>, Error> {
         let around = self.around.as_ref().map(|around| match around {
-            Around::Place([x, y], km) => [x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0].map(without_noise),
-            Around::Named(name, _) => unreachable!("{name} has not been located"),
+            Around { middle: Middle::At([x, y]), km: Some(km) } => {
+                Ok([x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0].map(without_noise))
+            }
+            Around { middle: Middle::At([x, y]), km: None } => Err(Error::Region {
+                message: format!("around {x},{y} there is no end"),
+                hint: format!("give the width and height in kilometres too, such as --around={x},{y},10"),
+            }),
+            Around { middle: Middle::Named(name), .. } => unreachable!("{name} has not been located"),
         });
-        let bounds = self.bounds.or(around);
+        let bounds = self.bounds.or(around.transpose()?);
         let Some([west, south, east, north]) = bounds else { return Ok(None) };
         if west >= east || south >= north {
             return Err(Error::Region {
