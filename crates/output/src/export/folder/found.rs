@@ -6,12 +6,12 @@ use std::path::Path;
 use crate::area::Place;
 use crate::error::Error;
 use crate::export::Plan;
-use crate::export::check::told;
-use crate::export::cost::Cost;
+use crate::export::folder::check::told;
+use crate::export::folder::lock;
+use crate::export::folder::manifest::{self, Manifest};
 use crate::export::folder::{PLAN, WORK, free_bytes, size};
-use crate::export::lock;
-use crate::export::manifest::{self, Manifest};
 use crate::export::plan::Bytes;
+use crate::export::plan::cost::Cost;
 
 /// The treatment of what is already in the folder of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use crate::bake::FileRecord;
 use crate::error::Error;
+use crate::export::folder::manifest::{self, Manifest};
+use crate::export::folder::runs;
 use crate::export::folder::{FILES, OLD, WORK};
-use crate::export::manifest::{self, Manifest};
-use crate::export::{runs, web};
+use crate::export::formats::web;
 use crate::file::{make_folder, path_in, remove, remove_folder, rename, sync_folder, write_whole};
 
 /// The outcome of moving a bake's files.
