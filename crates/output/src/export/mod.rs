@@ -29,4 +29,5 @@ pub use plan::limit::Limit;
 pub use plan::measure::measured_range_m;
 pub use plan::memory::told as told_memory_bytes;
 pub use plan::options::{Lods, MeshOptions, TileNames, VectorOptions};
+pub use plan::request::PlanRequest;
 pub use plan::{Bytes, Plan};

@@ -5,7 +5,7 @@
 //!   options.rs   the user's options for meshes and vectors     measure.rs   the heights of a region
 //!   cost.rs      a plan -> its memory, disk and time           bounds.rs    the limits of a manifest's values
 //!   memory.rs    memory that is announced                      limit.rs     memory that is left
-//!   digits.rs    numbers for people
+//!   request.rs   what is asked for -> a plan                    digits.rs    numbers for people
 //! ```
 
 pub(crate) mod bounds;
@@ -15,6 +15,7 @@ pub(crate) mod limit;
 pub(crate) mod measure;
 pub(crate) mod memory;
 pub(crate) mod options;
+pub(crate) mod request;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
