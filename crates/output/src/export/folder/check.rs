@@ -225,6 +225,8 @@ impl Edges {
     }
 }
 
+const NAME: &str = registry::FILE_NAME;
+
 /// Compares the registry with the manifest, and some of its tiles with the same tiles baked again.
 fn check_registry(
     folder: &Path,
@@ -233,7 +235,6 @@ fn check_registry(
     watch: &Watch,
     checked: &mut Checked,
 ) -> Result<(), Error> {
-    const NAME: &str = registry::FILE_NAME;
     let read = || {
         let registry = Registry::read(&folder.join(NAME))?;
         Ok::<_, Error>((registry.rows()?, registry))
@@ -253,6 +254,20 @@ fn check_registry(
     if wanted != there {
         checked.add(NAME, format!("has {} tiles, and the manifest {}", there.len(), wanted.len()));
     }
+    compare_files(&registry, &rows, manifest, checked)?;
+    match rebake {
+        Rebake::None => Ok(()),
+        Rebake::Share(share) => bake_again(&rows, share, manifest, watch, checked),
+    }
+}
+
+/// Compares the files in the registry with those in the manifest.
+fn compare_files(
+    registry: &Registry,
+    rows: &[TileRow],
+    manifest: &Manifest,
+    checked: &mut Checked,
+) -> Result<(), Error> {
     let mut others = Vec::new();
     let known: BTreeMap<&str, &FileRecord> = manifest.files.iter().map(|record| (&record.path[..], record)).collect();
     let mut count = 0;
@@ -272,14 +287,23 @@ fn check_registry(
     if count + 1 != known.len() && manifest.is_sealed() {
         checked.add(NAME, format!("has {count} files, and the manifest {} besides it", known.len().saturating_sub(1)));
     }
-    let listed: BTreeSet<&str> = manifest.files.iter().map(|record| &record.path[..]).collect();
     for (row, file) in rows.iter().flat_map(|row| row.files.iter().map(move |file| (row, file))) {
-        if !listed.contains(&file[..]) {
+        if !known.contains_key(&file[..]) {
             let TileId { x, y } = row.tile;
             checked.add(NAME, format!("says that tile {x}, {y} is in {file}, which the manifest does not list"));
         }
     }
-    let Rebake::Share(share) = rebake else { return Ok(()) };
+    Ok(())
+}
+
+/// Bakes a share of the tiles again, and compares them with their rows in the registry.
+fn bake_again(
+    rows: &[TileRow],
+    share: f64,
+    manifest: &Manifest,
+    watch: &Watch,
+    checked: &mut Checked,
+) -> Result<(), Error> {
     let count = ((rows.len() as f64 * share).ceil() as usize).clamp(1, rows.len().max(1)).min(rows.len());
     let chosen: Vec<&TileRow> = (0..count).map(|number| &rows[number * rows.len() / count]).collect();
     let world = manifest.world()?;

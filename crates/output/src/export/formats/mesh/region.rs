@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use gltf_json::{Index, Root};
+use gltf_json::{Buffer, Index, Material, Root};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -137,30 +137,7 @@ impl RegionFile {
         // Lengths of the lists before this tile, by which the tile's indices are raised.
         let (nodes, meshes, accessors) = (self.nodes.count, self.meshes.count, self.accessors.count);
         let (views, images, textures) = (self.views.count, self.images.count, self.textures.count);
-        // Offset of the tile's numbers in their buffer, and of its uncompressed numbers in theirs, which is described
-        // but not written.
-        let (buffers, start, plain_start) = match (numbers, &mut self.numbers) {
-            (TileNumbers::Here(bytes), Some(all)) => {
-                let before = (0, all.bytes, all.plain_bytes);
-                all.file.write_all(bytes)?;
-                all.bytes += bytes.len() as u64;
-                all.plain_bytes += root.buffers.get(1).map_or(0, |plain| plain.byte_length.0);
-                before
-            }
-            (TileNumbers::In(path, start), _) => {
-                let before = self.buffers.count;
-                // The buffer is the whole GLB file, which is read as plain bytes.
-                for (index, mut buffer) in root.buffers.into_iter().enumerate() {
-                    if index == 0 {
-                        buffer.uri = Some(file_name(path).to_owned());
-                        buffer.byte_length = (buffer.byte_length.0 + start as u64).into();
-                    }
-                    self.buffers.push(&buffer)?;
-                }
-                (before, start as u64, 0)
-            }
-            (TileNumbers::Here(_), None) => unreachable!("only a whole file is given numbers"),
-        };
+        let (buffers, start, plain_start) = self.add_buffers(root.buffers, numbers)?;
         for mut view in root.buffer_views {
             let begin = if view.buffer.value() == 0 { start } else { plain_start };
             view.byte_offset = Some((view.byte_offset.map_or(0, |offset| offset.0) + begin).into());
@@ -189,27 +166,7 @@ impl RegionFile {
             shift(&mut texture.source, images);
             self.textures.push(&texture)?;
         }
-        // Each tile has its own material for the land; those of water and roads are the same in all tiles.
-        let mut materials = Vec::with_capacity(root.materials.len());
-        for mut material in root.materials {
-            // Match by name, since a tile has only the materials that it shows.
-            let substance = SUBSTANCES.iter().position(|substance| material.name.as_deref() == Some(substance.name));
-            let known = substance.and_then(|substance| self.shared[substance]);
-            materials.push(Index::new(known.unwrap_or(self.materials.count)));
-            if known.is_some() {
-                continue;
-            }
-            if let Some(substance) = substance {
-                self.shared[substance] = Some(self.materials.count);
-            }
-            if let Some(colour) = &mut material.pbr_metallic_roughness.base_color_texture {
-                shift(&mut colour.index, textures);
-            }
-            if let Some(normal) = &mut material.normal_texture {
-                shift(&mut normal.index, textures);
-            }
-            self.materials.push(&material)?;
-        }
+        let materials = self.add_materials(root.materials, textures)?;
         for mut mesh in root.meshes {
             for primitive in &mut mesh.primitives {
                 primitive.attributes.values_mut().for_each(|accessor| shift(accessor, accessors));
@@ -230,6 +187,59 @@ impl RegionFile {
         // All tiles of a bake have the same extensions.
         self.extensions = (root.extensions_used, root.extensions_required);
         Ok(())
+    }
+
+    /// Adds the buffers of a tile. Returns the number of buffers before them, the offset of the tile's numbers in their
+    /// buffer, and that of its uncompressed numbers in theirs, which is described but not written.
+    fn add_buffers(&mut self, buffers: Vec<Buffer>, numbers: TileNumbers) -> std::io::Result<(u32, u64, u64)> {
+        match (numbers, &mut self.numbers) {
+            (TileNumbers::Here(bytes), Some(all)) => {
+                let before = (0, all.bytes, all.plain_bytes);
+                all.file.write_all(bytes)?;
+                all.bytes += bytes.len() as u64;
+                all.plain_bytes += buffers.get(1).map_or(0, |plain| plain.byte_length.0);
+                Ok(before)
+            }
+            (TileNumbers::In(path, start), _) => {
+                let before = self.buffers.count;
+                // The buffer is the whole GLB file, which is read as plain bytes.
+                for (index, mut buffer) in buffers.into_iter().enumerate() {
+                    if index == 0 {
+                        buffer.uri = Some(file_name(path).to_owned());
+                        buffer.byte_length = (buffer.byte_length.0 + start as u64).into();
+                    }
+                    self.buffers.push(&buffer)?;
+                }
+                Ok((before, start as u64, 0))
+            }
+            (TileNumbers::Here(_), None) => unreachable!("only a whole file is given numbers"),
+        }
+    }
+
+    /// Adds the materials of a tile, before whose textures there are others. Returns their indices. Each tile has its
+    /// own material for the land; those of water and roads are the same in all tiles.
+    fn add_materials(&mut self, materials: Vec<Material>, textures: u32) -> std::io::Result<Vec<Index<Material>>> {
+        let mut indices = Vec::with_capacity(materials.len());
+        for mut material in materials {
+            // Match by name, since a tile has only the materials that it shows.
+            let substance = SUBSTANCES.iter().position(|substance| material.name.as_deref() == Some(substance.name));
+            let known = substance.and_then(|substance| self.shared[substance]);
+            indices.push(Index::new(known.unwrap_or(self.materials.count)));
+            if known.is_some() {
+                continue;
+            }
+            if let Some(substance) = substance {
+                self.shared[substance] = Some(self.materials.count);
+            }
+            if let Some(colour) = &mut material.pbr_metallic_roughness.base_color_texture {
+                shift(&mut colour.index, textures);
+            }
+            if let Some(normal) = &mut material.normal_texture {
+                shift(&mut normal.index, textures);
+            }
+            self.materials.push(&material)?;
+        }
+        Ok(indices)
     }
 
     /// Joins the lists to one file, with the numbers after them.

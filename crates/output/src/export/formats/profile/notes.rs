@@ -166,21 +166,17 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
     let [width, height] = [region.width(), region.height()];
     let [width_m, height_m] = [width, height].map(|vertices| (vertices - 1) as f64 * numbers.spacing_m);
     let side_m = width_m.max(height_m);
-    let (clip_m, clip_start_m) = (CLIP_SIDES * side_m, (CLIP_START_SIDES * side_m).max(0.1));
-    let clip = format!("{} m and {} m", typed(clip_start_m), typed(clip_m));
     let lod = match meshes.lods.all() {
         [] | [0, ..] => String::new(),
         [finest, ..] => format!("_lod{finest}"),
     };
     let origin = meshes.origin.unwrap_or_else(|| default_origin(region));
-    let [east_m, south_m] = origin.map(|at| at as f64 * numbers.spacing_m);
     // The middle of the region.
     let corner = region.at().area(region.tile_cells());
     let middle = |first: i64, origin: i64, vertices: u64| {
         ((first - origin) as f64 + (vertices - 1) as f64 / 2.0) * numbers.spacing_m
     };
     let [plane_x, plane_y] = [middle(corner.x0, origin[0], width), -middle(corner.y0, origin[1], height)];
-    let range_m = numbers.max_m - numbers.min_m;
     let inner = |vertices: u64| typed_share((vertices - 1) as f64 / vertices as f64);
     let half = |vertices: u64| typed_share(0.5 / vertices as f64);
     format!(
@@ -213,22 +209,7 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
          --export exr` adds `height/height.exr`, which has metres: with it Strength is 1 and Midlevel is 0, and they are right to the millimetre. \
          In a material, an *Image Texture* (Non-Color, *Extend*) takes the UV through a *Mapping* with that Scale and the Location \
          {}, {}, and goes to a *Displacement* with that Midlevel and the Strength as its Scale.\n",
-        table(
-            ["Setting", "Value"],
-            &[
-                ("Sidebar (N), *View*, *Clip Start* and *End*", clip.clone()),
-                ("Camera, *Lens*, *Clip Start* and *End*", clip),
-                ("origin in the world, X (east)", format!("{} m", typed(east_m))),
-                ("origin in the world, Y (north)", format!("{} m", typed(-south_m))),
-                ("colour space of images but `colour`", "Non-Color".into()),
-                (
-                    "weights of the vertices",
-                    "colour attributes `_GROUND`: grass, dirt, rock, sand; `_COVER`: snow, forest, scree, wetland"
-                        .into(),
-                ),
-                ("sea", numbers.sea_m.map_or("none".into(), |level| format!("z = {} m", typed(level)))),
-            ],
-        ),
+        scene_table(region, meshes, numbers, side_m),
         table(
             ["Grid", "Value"],
             &[
@@ -243,25 +224,54 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
             ["UV Warp", "Value"],
             &[("UV Center", "0.5, 0.5".into()), ("Scale X", inner(width)), ("Scale Y", inner(height)),],
         ),
-        table(
-            ["Displace", "Value"],
-            &[
-                ("Texture, *Image*, *Open*", "`height/height.png`".into()),
-                ("Texture, *Image*, *Color Space*", "Non-Color".into()),
-                ("Texture, *Mapping*, *Extension*", "Extend".into()),
-                // With its default filter, Blender 4.5 reads past the last texel.
-                ("Texture, *Sampling*, *Filter Size*", "0.1".into()),
-                ("Coordinates", "UV".into()),
-                ("Direction", "Z".into()),
-                ("Strength", numbers.height(range_m)),
-                ("Midlevel", shortest(-numbers.min_m / range_m, f64::from(f32::EPSILON) / 2.0)),
-            ],
-        ),
+        displace_table(numbers),
         shortest(numbers.step_m / 2.0, numbers.step_m / 100.0),
         half(width),
         half(height),
         x = region.at().x,
         y = region.at().y,
+    )
+}
+
+/// Returns the table of what is set in Blender's scene by hand. `side_m` is the longer side of the region.
+fn scene_table(region: &Region, meshes: &MeshOptions, numbers: &Numbers, side_m: f64) -> String {
+    let (clip_m, clip_start_m) = (CLIP_SIDES * side_m, (CLIP_START_SIDES * side_m).max(0.1));
+    let clip = format!("{} m and {} m", typed(clip_start_m), typed(clip_m));
+    let origin = meshes.origin.unwrap_or_else(|| default_origin(region));
+    let [east_m, south_m] = origin.map(|at| at as f64 * numbers.spacing_m);
+    table(
+        ["Setting", "Value"],
+        &[
+            ("Sidebar (N), *View*, *Clip Start* and *End*", clip.clone()),
+            ("Camera, *Lens*, *Clip Start* and *End*", clip),
+            ("origin in the world, X (east)", format!("{} m", typed(east_m))),
+            ("origin in the world, Y (north)", format!("{} m", typed(-south_m))),
+            ("colour space of images but `colour`", "Non-Color".into()),
+            (
+                "weights of the vertices",
+                "colour attributes `_GROUND`: grass, dirt, rock, sand; `_COVER`: snow, forest, scree, wetland".into(),
+            ),
+            ("sea", numbers.sea_m.map_or("none".into(), |level| format!("z = {} m", typed(level)))),
+        ],
+    )
+}
+
+/// Returns the table of Blender's second modifier for a plane that the heights displace.
+fn displace_table(numbers: &Numbers) -> String {
+    let range_m = numbers.max_m - numbers.min_m;
+    table(
+        ["Displace", "Value"],
+        &[
+            ("Texture, *Image*, *Open*", "`height/height.png`".into()),
+            ("Texture, *Image*, *Color Space*", "Non-Color".into()),
+            ("Texture, *Mapping*, *Extension*", "Extend".into()),
+            // With its default filter, Blender 4.5 reads past the last texel.
+            ("Texture, *Sampling*, *Filter Size*", "0.1".into()),
+            ("Coordinates", "UV".into()),
+            ("Direction", "Z".into()),
+            ("Strength", numbers.height(range_m)),
+            ("Midlevel", shortest(-numbers.min_m / range_m, f64::from(f32::EPSILON) / 2.0)),
+        ],
     )
 }
 
