@@ -1,6 +1,7 @@
 //! Features cut off at the edge of a rectangle.
 
 use crate::features::layer::{Geometry, GeometryType};
+use crate::geometry::{ClippedEnd, LineSegment};
 
 /// A rectangle in metres east and north. The standards call the bounding box of geometries an envelope.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,30 +63,12 @@ impl Envelope {
         parts
     }
 
-    /// Returns the part of a straight line that lies inside. Based on: Y.-D. Liang, B. A. Barsky, "A new concept and
-    /// method for line clipping", 1984.
+    /// Returns the part of a straight line that lies inside.
     fn clip_segment(&self, from: [f64; 3], to: [f64; 3]) -> Option<[[f64; 3]; 2]> {
-        let (mut first, mut last) = ((0.0, from), (1.0, to));
-        for axis in 0..2 {
-            let along = to[axis] - from[axis];
-            for (bound, enters) in [(self.min[axis], along > 0.0), (self.max[axis], along < 0.0)] {
-                let is_below = bound == self.min[axis];
-                let outside = |at: f64| if is_below { at < bound } else { at > bound };
-                if along == 0.0 {
-                    if outside(from[axis]) {
-                        return None;
-                    }
-                    continue;
-                }
-                let share = (bound - from[axis]) / along;
-                if enters && share > first.0 {
-                    first = (share, crossing(from, to, axis, bound));
-                } else if !enters && share < last.0 {
-                    last = (share, crossing(from, to, axis, bound));
-                }
-            }
-        }
-        (first.0 <= last.0).then_some([first.1, last.1])
+        let flat = |[x, y, _]: [f64; 3]| [x, y];
+        let [first, last] = LineSegment::between(flat(from), flat(to)).clipped(self.min, self.max)?;
+        let end = |end: ClippedEnd, whole| end.edge.map_or(whole, |(axis, bound)| crossing(from, to, axis, bound));
+        Some([end(first, from), end(last, to)])
     }
 
     fn clip_polygon(&self, rings: Geometry) -> Vec<Geometry> {
