@@ -2,13 +2,11 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
 
 use crate::error::Error;
-use crate::export::formats::locked;
 use crate::export::formats::raster::exr::ExrWriter;
 use crate::export::formats::raster::facts::Facts;
-use crate::file::{Finished, PartFile};
+use crate::file::{Finished, PartFile, SharedFile};
 
 /// The file format in which the samples of a raster are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +45,9 @@ impl Encoding {
     pub fn max_side(self) -> u64 {
         match self {
             Encoding::Png => MOST_PNG,
-            // The corners of an EXR's data window are signed 32-bit numbers.
-            Encoding::Exr | Encoding::ExrRgb | Encoding::GeoTiff => i32::MAX as u64,
+            // The length in bytes of an EXR's line is a signed 32-bit number.
+            Encoding::Exr | Encoding::ExrRgb => i32::MAX as u64 / (4 * self.copies()),
+            Encoding::GeoTiff => i32::MAX as u64,
             Encoding::R16 | Encoding::Raw => u64::MAX,
         }
     }
@@ -134,7 +133,7 @@ impl RasterWriter {
                 Ok(RasterWriter::Exr(Box::new(ExrWriter::start(file, form.layer, channels, size, form.facts)?)))
             }
             Encoding::Png => {
-                let file = SharedFile(Arc::new(Mutex::new(Some(file))));
+                let file = SharedFile::new(file);
                 let size = (narrow(width), narrow(height));
                 let stream = png_writer(file.clone(), form.sample, size, form.is_colour, form.facts)
                     // Chunks of 256 KiB: fewer chunks mean fewer headers, checksums and writes.
@@ -163,7 +162,7 @@ impl RasterWriter {
             RasterWriter::Png { file, stream } => {
                 let path = file.path();
                 stream.finish().map_err(png_error(&path))?;
-                file.take().finish()
+                file.finish()
             }
             RasterWriter::Exr(writer) => writer.finish(),
             RasterWriter::Bare(file) => file.finish(),
@@ -224,29 +223,5 @@ fn png_error(path: &Path) -> impl FnOnce(png::EncodingError) -> Error {
             other => std::io::Error::other(other),
         };
         Error::Io { path: path.to_owned(), source }
-    }
-}
-
-/// A file shared with the PNG stream. The stream consumes its writer, but the file must still be finished after it.
-#[derive(Clone)]
-pub(crate) struct SharedFile(Arc<Mutex<Option<PartFile>>>);
-
-impl SharedFile {
-    fn path(&self) -> PathBuf {
-        locked(&self.0).as_ref().expect("the file is taken last").path().to_owned()
-    }
-
-    fn take(self) -> PartFile {
-        locked(&self.0).take().expect("the file is taken once")
-    }
-}
-
-impl Write for SharedFile {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        locked(&self.0).as_mut().expect("the file is taken last").write(bytes)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        locked(&self.0).as_mut().expect("the file is taken last").flush()
     }
 }
