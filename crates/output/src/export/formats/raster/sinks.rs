@@ -133,7 +133,7 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
         let image = &self.drawing.image;
         let sample = image.quantity.sample;
         // Viewers stretch greys over the range of the samples. With statistics at hand they need not read all samples.
-        let is_told = image.encoding == Encoding::GeoTiff || !image.beside().is_empty();
+        let is_told = image.encoding == Encoding::GeoTiff || image.beside().contains(&Sidecar::Auxiliary);
         self.drawing.lines(row, pieces, |line| {
             if is_told && sample.is_grey() {
                 statistics.add(line, sample);
