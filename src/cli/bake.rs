@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 
@@ -15,28 +15,24 @@ use crate::cli::console::Console;
 use crate::cli::progress::{Reporter, Tiles, watched};
 use crate::device::LandMaker;
 use crate::error::Error;
-use crate::export::{Bytes, Cost, HeightRange, Limit, Manifest, Mode, Output, Plan, Profile, look, measured_range_m};
+use crate::export::{
+    Bytes, Cost, HeightRange, Limit, Manifest, MeshOptions, Mode, Output, Plan, PlanRequest, Profile, measured_range_m,
+};
 use crate::generator;
 use crate::watch::Watch;
 use crate::world::World;
 
 /// Bakes the region that the command line asks for.
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
-    let options = &arguments.write;
-    planned(arguments, console, |plan, out| {
-        let plan = on_device(plan, &options.manner, console)?;
-        carry_out(&plan, options.mode(), &out, &options.manner.run, console)
-    })
+    let write = &arguments.write;
+    let (request, out) = requested(arguments, console)?;
+    let plan = on_device(request.plan()?, &write.manner, console)?;
+    carry_out(&plan, write.mode(), &out, &write.manner.run, console)
 }
 
-/// Makes the plan that the command line asks for, and passes it on with its folder.
-pub(super) fn planned(
-    arguments: &BakeArguments,
-    console: &Console,
-    hand_on: impl FnOnce(Plan<'_>, PathBuf) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let BakeArguments { common: options, write, .. } = arguments;
-    let seed = arguments.world.seed;
+/// Returns the request that the command line makes, with the folder of the bake.
+pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<(PlanRequest, PathBuf), Error> {
+    let BakeArguments { world: asked, common: options, write, .. } = arguments;
     // Check all options before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;
@@ -45,78 +41,53 @@ pub(super) fn planned(
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
-    let place = arguments.place.located(&preset, seed)?;
-    let asked = place.region(preset.tile_cells, preset.spacing_m)?;
-    let mut region = if options.stride == Stride::ONE { asked } else { asked.strided(options.stride)? };
-    let mut world = World::strided(preset, seed, options.stride)?.with_tile_cells(region.tile_cells());
+    let place = arguments.place.located(&preset, asked.seed)?;
+    let region = place.region(preset.tile_cells, preset.spacing_m)?;
+    let region = if options.stride == Stride::ONE { region } else { region.strided(options.stride)? };
+    let world = World::strided(preset, asked.seed, options.stride)?.with_tile_cells(region.tile_cells());
     console.warnings(&world.warnings());
-    let (mut exports, mut profile) = (arguments.exports()?, arguments.profile()?);
+    let (exports, mut profile) = (arguments.exports()?, arguments.profile()?);
     // With --add, the manifest of the bake that the files are added to.
-    let old = match &write.folder.out {
-        Some(out) if write.add => Some(Manifest::read(out)?),
-        _ => None,
-    };
+    let old = write.folder.out.as_ref().filter(|_| write.add).map(|out| Manifest::read(out)).transpose()?;
     if let (None, Some(known)) = (profile, old.as_ref().and_then(|old| old.profile.as_ref())) {
         profile = Some(known.parse()?);
     }
-    // If no size is asked for, take one that suits the profile.
-    if let Some(profile) = profile.filter(|_| !arguments.asks_for_size())
-        && let Some((fitted, named)) = profile.fitted(&world, &region)?
+    let mut request = PlanRequest {
+        preset_name: name,
+        world,
+        region,
+        exports,
+        profile,
+        meshes: MeshOptions::default(),
+        vectors: options.vectors.options(),
+        height_range_m: None,
+        names: options.names,
+        given: arguments.format_options(),
+        shard: arguments.shard,
+    };
+    if !arguments.asks_for_size()
+        && let Some(added) = request.fit_to_profile()?
     {
-        say_fitted(console, profile, &region, &fitted, &named)?;
-        region = fitted;
-        world = World::new(world.preset().with_tile_cells(region.tile_cells()), seed)?;
+        say_fitted(console, &request, &region, &added)?;
     }
-    let out = write.folder.out.clone().unwrap_or_else(|| default_folder(&name, &world, &region, arguments.shard));
-    let mut height_range_m = match options.height_range {
+    let PlanRequest { preset_name, world, region, .. } = &request;
+    let out = write.folder.out.clone().unwrap_or_else(|| default_folder(preset_name, world, region, arguments.shard));
+    request.meshes = arguments.meshes(&request.region, request.world.spacing_m())?;
+    request.height_range_m = match options.height_range {
         None => None,
         Some(AskedRange::Metres(range_m)) => Some(range_m),
-        Some(AskedRange::Auto) => auto_range_m(&world, &region, &out, write, console)?,
+        Some(AskedRange::Auto) => auto_range_m(&request, &out, write, console)?,
     };
-    let (mut meshes, mut vectors) = (arguments.meshes(&region, world.spacing_m())?, options.vectors.options());
-    let [of_meshes, of_vectors, of_heights] = arguments.format_options();
-    let mut names = options.names;
     if write.add {
-        let old = old.map_or_else(|| Manifest::read(&out), Ok)?;
-        let mut all = old.known_exports()?;
-        all.extend(exports.into_iter().filter(|export| !old.exports.iter().any(|name| name == export.name())));
-        exports = all;
-        // Options that are not given are taken from the old bake.
-        names = old.tile_names;
-        if old.reads("--lod") && of_meshes.is_empty() {
-            meshes = old.meshes.clone();
-        }
-        // All files of a folder share one mesh origin, whichever export reads it.
-        if options.meshes.mesh_origin.is_none() {
-            meshes.origin = old.meshes.origin;
-        }
-        if old.reads("--clip") && of_vectors.is_empty() {
-            vectors = old.vectors.clone();
-        }
-        if old.reads("--height-range") && of_heights.is_empty() {
-            height_range_m = old.chosen_range_m(&world);
-        }
+        request.add_to(&old.map_or_else(|| Manifest::read(&out), Ok)?)?;
     }
-    let mut plan = Plan::new(&world, &name, region, exports)?
-        .with_meshes(meshes)?
-        .with_vectors(vectors)?
-        .with_height_range(height_range_m)?
-        .with_names(names);
-    if let Some(profile) = profile {
-        plan = plan.with_profile(profile)?;
-    }
-    plan.check_options(&[of_meshes, of_vectors, of_heights].concat())?;
-    if let Some(shard) = arguments.shard {
-        plan = plan.with_shard(shard)?;
-    }
-    hand_on(plan, out)
+    Ok((request, out))
 }
 
 /// Returns the range of heights of a region in metres: as recorded by a bake that was begun in the folder, otherwise
 /// measured here. A dry run measures nothing.
 fn auto_range_m(
-    world: &World,
-    region: &Region,
+    request: &PlanRequest,
     out: &Path,
     options: &WriteArguments,
     console: &Console,
@@ -124,10 +95,10 @@ fn auto_range_m(
     if options.manner.run.dry_run {
         return Ok(None);
     }
-    let known = if options.folder.resume || options.add { look(out).unwrap_or_default() } else { Vec::new() };
-    if let Some(begun) = known.last() {
-        return Ok(begun.manifest.chosen_range_m(world));
+    if let Some(range_m) = request.begun_range_m(out).filter(|_| options.folder.resume || options.add) {
+        return Ok(range_m);
     }
+    let PlanRequest { world, region, .. } = request;
     watched(console, options.manner.run.threads, |watch| measured_range_m(world, region, watch)).map(Some)
 }
 
@@ -168,21 +139,16 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
 }
 
 /// Prints which region a profile gets instead of the default one.
-fn say_fitted(
-    console: &Console,
-    profile: Profile,
-    asked: &Region,
-    fitted: &Region,
-    options: &str,
-) -> Result<(), Error> {
+fn say_fitted(console: &Console, request: &PlanRequest, asked: &Region, options: &str) -> Result<(), Error> {
+    let (profile, fitted) = (request.profile.map_or("", Profile::name), &request.region);
     let object = json!({
-        "type": "fitted", "profile": profile.name(), "at": [fitted.at().x, fitted.at().y], "cols": fitted.cols(),
+        "type": "fitted", "profile": profile, "at": [fitted.at().x, fitted.at().y], "cols": fitted.cols(),
         "rows": fitted.rows(), "tile_cells": fitted.tile_cells(), "options": options,
     });
     let text = format!(
         "profile {} does not take {} x {} tiles of {} cells; the nearest that it takes: {} x {} tiles of {} cells, {} x {} \
          vertices; added: {options}\n",
-        profile.name(),
+        profile,
         asked.cols(),
         asked.rows(),
         asked.tile_cells(),
@@ -278,7 +244,18 @@ pub(super) fn carry_out(
     console.warnings(&trouble(plan.maker()));
     let elapsed = start.elapsed();
     console.stages(&watch)?;
-    // The summary of the finished bake.
+    print_done(console, plan, &output, (out, &manifest), elapsed)
+}
+
+/// Prints the summary of a finished bake.
+fn print_done(
+    console: &Console,
+    plan: &Plan<'_>,
+    output: &Output,
+    (out, manifest): (&Path, &Manifest),
+    elapsed: Duration,
+) -> Result<(), Error> {
+    let (world, region) = (plan.world(), plan.made());
     let bytes: u64 = manifest.files.iter().map(|file| file.bytes).sum();
     let rate = plan.vertices() as f64 / elapsed.as_secs_f64() / 1e6;
     let object = json!({

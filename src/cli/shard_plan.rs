@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::bake::Shard;
 use crate::cli::args::{BakeArguments, FolderArguments, Manner, RunOptions, ShardPlanArguments, WriteArguments};
-use crate::cli::bake::planned;
+use crate::cli::bake::requested;
 use crate::cli::console::Console;
 use crate::cli::jobs::ShardedBake;
 use crate::cli::thread_pool;
@@ -36,32 +36,32 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let write = WriteArguments { folder: FolderArguments { out, ..FolderArguments::default() }, add: false, manner };
     let arguments = BakeArguments { world, place, shard: None, common, write };
     let threads = threads.count();
-    planned(&arguments, console, |plan, out| {
-        // One trial serves all numbers of shards: a second trial would measure other times.
-        let trial = thread_pool(threads)?.install(|| plan.trial())?;
-        let shards = match shards {
-            Some(shards) => shards,
-            None => fitting(&plan, &trial, shard_minutes * 60.0)?,
-        };
-        let merge_memory_bytes = plan.cost(threads).memory_bytes();
-        let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
-        let job = ShardedBake {
-            bake,
-            out: out.to_string_lossy().into_owned(),
-            shards,
-            threads,
-            memory_bytes: shard.cost(threads).memory_bytes(),
-            merge_memory_bytes,
-            seconds: seconds_of(&shard, &trial),
-            image,
-            claim,
-        };
-        let text = job.text(engine);
-        let object = json!({
-            "type": "job", "shards": shards, "threads": threads, "seconds": job.seconds, "memory_bytes": job.memory_bytes, "text": text,
-        });
-        console.message(object, &text)
-    })
+    let (request, out) = requested(&arguments, console)?;
+    let plan = request.plan()?;
+    // One trial serves all numbers of shards: a second trial would measure other times.
+    let trial = thread_pool(threads)?.install(|| plan.trial())?;
+    let shards = match shards {
+        Some(shards) => shards,
+        None => fitting(&plan, &trial, shard_minutes * 60.0)?,
+    };
+    let merge_memory_bytes = plan.cost(threads).memory_bytes();
+    let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
+    let job = ShardedBake {
+        bake,
+        out: out.to_string_lossy().into_owned(),
+        shards,
+        threads,
+        memory_bytes: shard.cost(threads).memory_bytes(),
+        merge_memory_bytes,
+        seconds: seconds_of(&shard, &trial),
+        image,
+        claim,
+    };
+    let text = job.text(engine);
+    let object = json!({
+        "type": "job", "shards": shards, "threads": threads, "seconds": job.seconds, "memory_bytes": job.memory_bytes, "text": text,
+    });
+    console.message(object, &text)
 }
 
 /// Returns the smallest number of shards that each take at most `seconds`, or one shard per tile if even a single tile

@@ -18,8 +18,8 @@ use terrane::lines::{Line, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
 use terrane::world::World;
 
-use crate::IS_LONG;
 use crate::bakes::{FLUVIAL, bake_vectors, fresh, settled, unsettled};
+use crate::is_long;
 
 const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
 
@@ -74,7 +74,7 @@ fn a_feature_is_the_same_in_every_window() {
     let other = tempfile::tempdir().unwrap();
     // Another world of the same recipe: nothing is remembered of the first bake.
     let again = fresh();
-    let (wide, high) = if IS_LONG { (11, 6) } else { (6, 6) };
+    let (wide, high) = if is_long() { (11, 6) } else { (6, 6) };
     bake_vectors(&again, region(&again, -2, -3, wide, high), 3, other.path(), FILES);
     for layer in LAYERS {
         let (first, second) = (rows(one.path(), layer), rows(other.path(), layer));
@@ -93,8 +93,8 @@ fn a_feature_is_the_same_in_every_window() {
 fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-    // In `tests/long` nothing is remembered of any other bake.
-    let fine = if IS_LONG { &fresh() } else { settled() };
+    // In the long form nothing is remembered of any other bake.
+    let fine = if is_long() { &fresh() } else { settled() };
     bake_vectors(fine, region(fine, -2, -2, 4, 4), 1, &one, FILES);
     let coarse = Preset::parse("test", &FLUVIAL.replace("tile_cells = 64", "tile_cells = 128")).unwrap();
     let coarse = World::new(coarse, Some(5)).unwrap();
@@ -318,7 +318,7 @@ fn rivers_lie_on_the_ground() {
         ("alps", 20301, 1004, -1, 4.0),
         ("alps", 31001, -321, 13, 2.0),
     ];
-    for (name, seed, x, y, most_m) in places.into_iter().take(if IS_LONG { 7 } else { 2 }) {
+    for (name, seed, x, y, most_m) in places.into_iter().take(if is_long() { 7 } else { 2 }) {
         let (_, mut preset) = Preset::load(name).unwrap();
         // These places were found in the worlds of the seeds alone.
         preset.country = None;
@@ -342,7 +342,7 @@ fn rivers_lie_on_the_ground() {
             }
         }
     }
-    assert!(count > if IS_LONG { 100 } else { 50 }, "{count} points");
+    assert!(count > if is_long() { 100 } else { 50 }, "{count} points");
 }
 
 #[test]

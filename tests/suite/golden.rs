@@ -3,7 +3,7 @@
 //! `TERRANE_ACCEPT=1 cargo test --profile quick --test suite golden` writes the hashes of today into `tests/golden.txt`. A
 //! change there is a change of every world that users have: the layer that makes others gets another version in
 //! `src/generator.rs`, which the list names, and it belongs in CHANGELOG.md. The suite looks at a tile of a
-//! fluvial preset, of some on a road, and `tests/long` at the others, with the same code.
+//! fluvial preset, of some on a road, and in the long form at the others.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -19,7 +19,7 @@ use terrane::preset::{BUILT_IN, Preset};
 use terrane::tile::{Tile, TilePart};
 use terrane::world::World;
 
-use crate::IS_LONG;
+use crate::is_long;
 use crate::worlds::is_quick;
 
 const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3), (1 << 40, -(1 << 40))];
@@ -127,7 +127,7 @@ fn tried(golden: &Golden) -> &[(i64, i64)] {
     let shows_most = has_places == is_quick(preset);
     let is_whole = golden.stride == Stride::ONE;
     let quick = if golden.preset.fluvial.is_some() && is_whole { usize::from(shows_most) } else { golden.tiles.len() };
-    if IS_LONG { &golden.tiles[quick..] } else { &golden.tiles[..quick] }
+    if is_long() { &golden.tiles[quick..] } else { &golden.tiles[..quick] }
 }
 
 /// A line a tile.

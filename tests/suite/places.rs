@@ -11,7 +11,7 @@ use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
 
-use crate::IS_LONG;
+use crate::is_long;
 use crate::worlds::lighten;
 
 /// A world whose valleys, lakes and hills are a few kilometres apart, and its settlements as well.
@@ -58,27 +58,27 @@ fn settled() -> &'static (World, Lines) {
     })
 }
 
-/// A world for those who ask again: it remembers other things, or in `tests/long` nothing.
+/// A world for those who ask again: it remembers other things, or in the long form nothing.
 fn again() -> &'static World {
     static AGAIN: LazyLock<World> = LazyLock::new(world);
-    if IS_LONG { Box::leak(Box::new(world())) } else { &AGAIN }
+    if is_long() { Box::leak(Box::new(world())) } else { &AGAIN }
 }
 
 /// A tile far out.
 const FAR: TileId = TileId { x: 100_000_000, y: -100_000_000 };
 
-/// Tiles that a road with a crossing runs through; in `tests/long` one far out as well.
+/// Tiles that a road with a crossing runs through; in the long form one far out as well.
 fn places_to_look() -> Vec<TileId> {
-    const COUNT: usize = if IS_LONG { 8 } else { 4 };
+    let count = if is_long() { 8 } else { 4 };
     let (_, roads) = settled();
     let tile = |at: [i64; 2]| {
         let [x, y] = at.map(|at| at.div_euclid(64 * FIXED));
         TileId { x, y }
     };
     let crossed = roads.iter().flat_map(|road| road.structures.iter().map(|structure| tile(structure.middle(road))));
-    let tiles: Vec<TileId> = crossed.take(COUNT).collect();
-    assert_eq!(tiles.len(), COUNT);
-    tiles.into_iter().chain(IS_LONG.then_some(FAR)).collect()
+    let tiles: Vec<TileId> = crossed.take(count).collect();
+    assert_eq!(tiles.len(), count);
+    tiles.into_iter().chain(is_long().then_some(FAR)).collect()
 }
 
 fn bits(tile: &Tile, x: i64, y: i64) -> (u32, u32, u32) {

@@ -1,6 +1,6 @@
 //! Fluvial land of the built-in presets: the same whatever is asked for, drained, and bent without a fold.
 //!
-//! The suite looks at some presets, `tests/long` at the others, with the same code.
+//! The suite looks at some presets, in its long form at the others.
 
 use terrane::area::Area;
 use terrane::clock::Clock;

@@ -291,7 +291,7 @@ fn blender_gets_meshes_and_a_script() {
     assert_eq!(bake.files(), expected.into());
     assert_eq!(
         bake.read("import_terrane.py"),
-        include_bytes!("../../crates/output/src/export/profile/import_terrane.py")
+        include_bytes!("../../crates/output/src/export/formats/profile/import_terrane.py")
     );
     // The numbers that bring the heights of a displaced plane back, at the vertex that a texel is.
     let (strength, middle) = (bake.number("Strength"), bake.number("Midlevel"));

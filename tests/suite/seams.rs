@@ -13,7 +13,7 @@ use terrane::watch::Watch;
 use terrane::world::World;
 
 use crate::worlds::{is_tried, lighten};
-use crate::{IS_LONG, bakes};
+use crate::{bakes, is_long};
 
 /// A world with all that a preset can have, where the built-in ones have only what suits them.
 const EVERYTHING: &str = r#"
@@ -42,7 +42,7 @@ fn worlds() -> impl Iterator<Item = (&'static str, &'static World)> {
     };
     let tried = BUILT_IN.iter().filter(|(name, _)| is_tried(name)).chain(&[("everything", EVERYTHING)]);
     let worlds = WORLDS.get_or_init(|| tried.map(world).collect());
-    let settled = (!IS_LONG).then(|| ("settled", bakes::settled()));
+    let settled = (!is_long()).then(|| ("settled", bakes::settled()));
     worlds.iter().map(|(name, world)| (*name, world)).chain(settled)
 }
 

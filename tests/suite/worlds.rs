@@ -7,12 +7,12 @@ use terrane::fluvial::Fluvial;
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::world::World;
 
-/// The built-in presets that the suite tries with all that is tried with each; `tests/long` tries the others.
+/// The built-in presets that the suite tries with all that is tried with each; its long form tries the others.
 const QUICK: [&str; 5] = ["alps", "archipelago", "thesis", "mountains", "hills"];
 
 /// Whether these tests try a preset, or leave that to the others.
 pub fn is_tried(name: &str) -> bool {
-    is_quick(name) != crate::IS_LONG
+    is_quick(name) != crate::is_long()
 }
 
 /// Whether the suite tries a preset with all.
@@ -20,9 +20,9 @@ pub fn is_quick(name: &str) -> bool {
     QUICK.contains(&name)
 }
 
-/// Lightens a preset for the suite; `tests/long` has it as it is.
+/// Lightens a preset for the suite, but not for its long form.
 pub fn lighten(preset: &mut Preset) {
-    if !crate::IS_LONG {
+    if !crate::is_long() {
         lighten_always(preset);
     }
 }

@@ -58,6 +58,15 @@ pub struct LineSegment {
     pub along: [f64; 2],
 }
 
+/// An end of a part of a line segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClippedEnd {
+    /// Share of the segment's length at which the part ends.
+    pub share: f64,
+    /// The edge that cuts the segment there, if one does: its axis, 0 or 1, and its coordinate on that axis.
+    pub edge: Option<(usize, f64)>,
+}
+
 impl LineSegment {
     /// Returns the segment from one place to another.
     pub fn between(from: [f64; 2], to: [f64; 2]) -> LineSegment {
@@ -110,22 +119,31 @@ impl LineSegment {
 
     /// Tells whether the segment touches the rectangle from the origin to `corner`, edges included.
     pub fn touches_rectangle(&self, corner: [f64; 2]) -> bool {
-        // The part of the segment between both pairs of edges is empty if the segment leaves one pair before it enters
-        // the other.
-        let (mut enters, mut leaves) = (0.0f64, 1.0f64);
+        self.clipped([0.0; 2], corner).is_some()
+    }
+
+    /// Returns the ends of the part of the segment that lies in a rectangle, edges included; `None` if no part does.
+    ///
+    /// Based on: Y.-D. Liang, B. A. Barsky, "A new concept and method for line clipping", 1984. Each edge narrows the
+    /// part that lies within all four edges.
+    pub fn clipped(&self, min: [f64; 2], max: [f64; 2]) -> Option<[ClippedEnd; 2]> {
+        let [mut first, mut last] = [0.0, 1.0].map(|share| ClippedEnd { share, edge: None });
         for axis in [0, 1] {
-            let (from, way) = (self.from[axis], self.along[axis]);
-            if way == 0.0 {
-                if from < 0.0 || from > corner[axis] {
-                    return false;
-                }
-                continue;
+            let (from, along) = (self.from[axis], self.along[axis]);
+            if along == 0.0 && (from < min[axis] || from > max[axis]) {
+                return None;
             }
-            let (a, b) = (-from / way, (corner[axis] - from) / way);
-            enters = enters.max(a.min(b));
-            leaves = leaves.min(a.max(b));
+            let edges = [(min[axis], along > 0.0), (max[axis], along < 0.0)];
+            for (bound, enters) in edges.into_iter().filter(|_| along != 0.0) {
+                let end = ClippedEnd { share: (bound - from) / along, edge: Some((axis, bound)) };
+                if enters && end.share > first.share {
+                    first = end;
+                } else if !enters && end.share < last.share {
+                    last = end;
+                }
+            }
         }
-        enters <= leaves
+        (first.share <= last.share).then_some([first, last])
     }
 }
 

@@ -1,263 +1,33 @@
 //! Exports: the files that a bake leaves, their formats, and the folder that holds them.
 //!
 //! ```text
-//!   format.rs     the trait of all formats; formats(), below, lists them
-//!   raster/       tiles -> PNG, OpenEXR, bare samples, GeoTIFF: the rows of a table of products
-//!   vector/       features -> GeoPackage, GeoJSON      project.rs   all files for GIS -> a QGIS project
-//!   mesh/         tiles -> glTF, OBJ                options.rs   the user's options for meshes and vectors
-//!   instances.rs  tiles -> the objects on them, as text    splines/   rivers, roads -> knots of curves
-//!   hashes.rs     tiles -> a list of hashes
-//!   web.rs        the region as a web map, drawn as maps are
-//!   profile/      files for one engine: formats of its own, sizes, IMPORT.md
-//!   map_picture.rs   a map -> PNG, WebP and a world file, pdf.rs, svg.rs with path_data.rs and sfnt.rs
-//!   atlas.rs      many maps
-//!   plan.rs       the checked request of a bake;  run.rs   plan -> files;  merge.rs   the shards of a bake -> the bake
-//!   cost.rs       a plan -> its memory, disk and time
-//!   memory.rs     memory that is announced          limit.rs   memory that is left
-//!   folder/       where the files go;  lock.rs   one bake at a time;  look.rs, check.rs, repair.rs   a folder's state
-//!   georeference.rs   where files lie, in the terms of GIS          measure.rs   the heights of a region
-//!   digits.rs     numbers for people
-//!   manifest.rs, registry_file.rs, runs.rs           the files that describe every bake
-//!   bounds.rs     the limits of a manifest's values
+//!   plan/      what is asked for, and the manifest of an old bake -> a checked plan, with its memory, disk and time
+//!   formats/   tiles and features -> files: a file for each format
+//!   folder/    where the files go: locks, checks, repair, and the files that describe every bake
 //! ```
 
-mod digits;
-mod options;
-mod bounds;
-#[cfg(test)]
-mod faults;
-mod folder;
-mod format;
-mod raster;
-mod repair;
-mod hashes;
-mod instances;
-mod registry_file;
-mod run;
-mod runs;
-mod mesh;
-mod vector;
-mod manifest;
-mod profile;
-mod check;
-mod cost;
-mod limit;
-mod lock;
-mod look;
-mod atlas;
-mod georeference;
-mod map_picture;
-mod measure;
-mod memory;
-mod merge;
-mod path_data;
-mod pdf;
 mod plan;
-mod project;
-mod sfnt;
-mod svg;
-mod splines;
-mod web;
+mod formats;
+mod folder;
 
 pub use crate::map::plotter::Lettering;
-pub use atlas::{AtlasFiles, WrittenAtlas};
-pub use check::{BakeFault, Checked, Rebake, check};
-pub use cost::{Cost, Forecast, Trial};
-pub use digits::shortest_that;
+pub use folder::check::{BakeFault, Checked, Rebake, check};
+pub use folder::look::{BakeState, Contents, look};
+pub use folder::manifest::{Axes, HeightRange, Manifest, RegionRecord, ShardRecord};
+pub use folder::merge::Shards;
+pub use folder::repair::{Repaired, repair};
+pub use folder::runs::{Run, runs};
 pub use folder::{Cleaned, Mode, Output, clean, kept_warnings, registry};
-pub use limit::Limit;
-pub use look::{BakeState, Contents, look};
-pub use manifest::{Axes, HeightRange, Manifest, RegionRecord, ShardRecord};
-pub use map_picture::{MapPicture, SMALLER, Texts};
-pub use measure::measured_range_m;
-pub use memory::told as told_memory_bytes;
-pub use merge::Shards;
-pub use options::{Lods, MeshOptions, TileNames, VectorOptions};
+pub use formats::Export;
+pub use formats::atlas::{AtlasFiles, WrittenAtlas};
+pub use formats::map_picture::{MapPicture, SMALLER, Texts};
+pub use formats::profile::Profile;
+pub use formats::raster::writer::{Sample, png_bytes};
+pub use plan::cost::{Cost, Forecast, Trial};
+pub use plan::digits::shortest_that;
+pub use plan::limit::Limit;
+pub use plan::measure::measured_range_m;
+pub use plan::memory::told as told_memory_bytes;
+pub use plan::options::{Lods, MeshOptions, TileNames, VectorOptions};
+pub use plan::request::PlanRequest;
 pub use plan::{Bytes, Plan};
-pub use profile::Profile;
-pub use raster::writer::{Sample, png_bytes};
-pub use repair::{Repaired, repair};
-pub use runs::{Run, runs};
-
-use std::fmt;
-use std::str::FromStr;
-use std::sync::{Mutex, MutexGuard};
-
-use crate::error::{Error, nearest};
-use crate::stop;
-use crate::world::World;
-use format::Format;
-
-/// All formats with a name that the user can give, in the order of the help. A new format is a line here.
-fn formats() -> impl Iterator<Item = &'static dyn Format> {
-    let others: [&dyn Format; 12] = [
-        &instances::Instances,
-        &splines::Splines,
-        &hashes::Hashes,
-        &vector::GeoPackage,
-        &vector::GeoJson,
-        &mesh::GLTF,
-        &mesh::GLTF_REGION,
-        &mesh::OBJ,
-        &mesh::OBJ_TILES,
-        &mesh::Collision,
-        &web::WEBP,
-        &web::PNG,
-    ];
-    dynamic(&raster::product::NAMED).chain(others)
-}
-
-fn dynamic<F: Format>(table: &'static [F]) -> impl Iterator<Item = &'static dyn Format> {
-    table.iter().map(|format| format as &dyn Format)
-}
-
-/// A kind of files that a bake can leave, identified by its name on the command line.
-#[derive(Clone, Copy)]
-pub struct Export(&'static dyn Format);
-
-impl Export {
-    /// Exports of a bake for which the user names none.
-    pub const DEFAULT: &str = "height,blend,normal,map";
-
-    /// Exports of a walk for which the user names none.
-    pub const DEFAULT_OF_WALKS: &str = "height-tiles,blend-tiles,normal-tiles,map";
-
-    /// Returns all exports that can show walks.
-    pub fn of_walks() -> impl Iterator<Item = Export> {
-        formats().filter(|format| format.shows_walks()).map(Export)
-    }
-
-    /// Returns all exports that the user can name; a profile adds others.
-    pub fn all() -> impl Iterator<Item = Export> {
-        formats().map(Export)
-    }
-
-    /// Returns the name, as given on the command line.
-    pub fn name(self) -> &'static str {
-        self.0.name()
-    }
-
-    /// True if the world has everything that the export shows.
-    pub fn is_shown_by(self, world: &World) -> bool {
-        self.0.lacks(world).is_none()
-    }
-
-    /// Returns a description of the export in a few words.
-    pub fn about(self) -> &'static str {
-        self.0.about()
-    }
-
-    /// Parses a list of exports, separated by commas; a name given twice counts once.
-    ///
-    /// # Errors
-    /// When a name is not known, or the list is empty; the hint lists the names.
-    pub fn parse_list(list: &str) -> Result<Vec<Export>, Error> {
-        let mut exports = Vec::new();
-        for name in list.split(',').map(str::trim) {
-            let export = name.parse()?;
-            // A second copy of an export would write the same files at the same time.
-            if !exports.contains(&export) {
-                exports.push(export);
-            }
-        }
-        Ok(exports)
-    }
-
-    /// Returns all exports that a bake can have, those of profiles included.
-    fn known() -> impl Iterator<Item = Export> {
-        formats().chain(dynamic(&profile::FORMATS)).map(Export)
-    }
-}
-
-/// Compares names, which are unique: a format is a trait object and cannot be compared itself.
-impl PartialEq for Export {
-    fn eq(&self, other: &Export) -> bool {
-        self.name() == other.name()
-    }
-}
-
-impl Eq for Export {}
-
-impl fmt::Debug for Export {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Export({})", self.name())
-    }
-}
-
-impl FromStr for Export {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Export, Error> {
-        Export::all().find(|export| export.name() == name).ok_or_else(|| {
-            let (message, hint) = unknown("export", name, &Export::all().map(Export::name).collect::<Vec<_>>());
-            Error::Export { message, hint }
-        })
-    }
-}
-
-/// Locks state of a sink that the threads of a bake share. No thread panics while it holds the lock: it returns errors.
-/// But if a thread is stopped while it holds the lock, the lock is poisoned, and the next thread stops too.
-fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    let held = shared.lock();
-    if held.is_err() {
-        stop::check();
-    }
-    held.expect("no thread panics while it writes")
-}
-
-/// Returns the message and the hint for an unknown name; `kind` is the kind of thing that was named.
-fn unknown(kind: &str, name: &str, known: &[&str]) -> (String, String) {
-    let meant = nearest(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean {meant}? "));
-    (format!("there is no {kind} named {name:?}"), format!("{meant}{kind}s: {}", known.join(", ")))
-}
-
-impl fmt::Display for Export {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::area::{Region, TileId};
-    use crate::preset::Preset;
-    use crate::watch::Watch;
-    use format::{Request, folder};
-
-    /// Bakes every export: its files and folders must be those that its format declares. A new format is covered once
-    /// it is listed.
-    #[test]
-    fn every_format_leaves_the_files_that_it_says() {
-        let text = "tile_cells = 32\nnoise = [{ kind = \"ridged\", height_m = 60.0, wavelength_m = 300.0, octaves = 4 }]\n\
-                    rivers = { density = 1.0, width_m = [1.0, 4.0], bank_m = 3.0 }";
-        let world = World::new(Preset::parse("test", text).unwrap(), None).unwrap();
-        let region = Region::new(TileId { x: -1, y: 2 }, 2, 3, 32).unwrap();
-        let meshes = MeshOptions { lods: "0..1".parse().unwrap(), ..MeshOptions::default() };
-        let exports: Vec<Export> = Export::known().filter(|export| export.0.lacks(&world).is_none()).collect();
-        let plan = Plan::new(&world, "test", region, exports.clone()).unwrap().with_meshes(meshes.clone()).unwrap();
-        let out = tempfile::tempdir().unwrap();
-        let output = Output::prepare(out.path(), Mode::New, &plan, &plan.cost(2)).unwrap();
-        let manifest = plan.run(&output, &Watch::default()).unwrap();
-        let height_range_m = world.height_range_m();
-        let vectors = VectorOptions::default();
-        let request = Request {
-            name: "thesis",
-            world: &world,
-            region,
-            meshes: &meshes,
-            vectors: &vectors,
-            names: TileNames::default(),
-            height_range_m,
-            walk: None,
-            is_shard: false,
-        };
-        for export in exports {
-            let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
-            assert_eq!(files.len() as u64, export.0.cost(&request).files, "{export}");
-            for path in files.iter().map(|file| &file.path) {
-                assert!(export.0.folders().contains(&folder(path)), "{path}");
-            }
-        }
-    }
-}

@@ -14,6 +14,7 @@ pub use record::{FileRecord, Finished, MeshRecord};
 use std::fs::{self, Permissions};
 use std::io::{self, BufWriter, IntoInnerError, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -145,6 +146,49 @@ impl Seek for PartFile {
         // Asking for the position is a seek too, and changes nothing.
         self.rewritten |= position != self.bytes;
         Ok(position)
+    }
+}
+
+/// A file that a writer owns as well, for writers that do not give their file back.
+#[derive(Clone)]
+pub(crate) struct SharedFile(Arc<Mutex<PartFile>>);
+
+impl SharedFile {
+    /// Shares a file.
+    pub fn new(file: PartFile) -> SharedFile {
+        SharedFile(Arc::new(Mutex::new(file)))
+    }
+
+    /// Final path of the file.
+    pub fn path(&self) -> PathBuf {
+        self.lock().path().to_owned()
+    }
+
+    /// Finishes the file, as [`PartFile::finish`]. The writer must be gone.
+    pub fn finish(self) -> Result<Finished, Error> {
+        let file = Arc::into_inner(self.0).expect("the writer is gone").into_inner();
+        file.unwrap_or_else(PoisonError::into_inner).finish()
+    }
+
+    /// Locks the file. A thread that is stopped in a write leaves a file that is never finished.
+    fn lock(&self) -> MutexGuard<'_, PartFile> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Write for SharedFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.lock().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.lock().flush()
+    }
+}
+
+impl Seek for SharedFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.lock().seek(to)
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use crate::area::Area;
+use crate::geometry::LineSegment;
 use crate::map::plotter::{bounds, ring, widened};
 use crate::map::scale::Scale;
 use crate::map::text::Quad;
@@ -66,24 +67,10 @@ impl MapFrame {
 
 /// Returns the part of a straight line within a rectangle (west, north, east and south), if there is one longer than a
 /// point.
-///
-/// Based on: Liang and Barsky (A New Concept and Method for Line Clipping, 1984). Each edge narrows the range of the
-/// line that lies within all four edges.
 pub(super) fn clipped([a, b]: [DVec2; 2], [west, north, east, south]: [f64; 4]) -> Option<[DVec2; 2]> {
     let along = b - a;
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for (way, left) in [(-along.x, a.x - west), (along.x, east - a.x), (-along.y, a.y - north), (along.y, south - a.y)]
-    {
-        if way == 0.0 {
-            if left < 0.0 {
-                return None;
-            }
-        } else if way < 0.0 {
-            from = from.max(left / way);
-        } else {
-            to = to.min(left / way);
-        }
-    }
+    let line = LineSegment { from: a.into(), along: along.into() };
+    let [from, to] = line.clipped([west, north], [east, south])?.map(|end| end.share);
     // Ends that are not cut keep their coordinates to the bit.
     let place = |share: f64| match share {
         0.0 => a,

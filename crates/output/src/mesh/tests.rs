@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::polygon::doubled_area;
 use super::*;
 use crate::area::TileId;
 use crate::hash::combine;
@@ -72,11 +73,6 @@ fn greatest_error_m(surface: &Surface, heights: &Grid<f32>, area: Area) -> f64 {
     }
     assert_eq!(covered.len(), area.len(), "a vertex is in no triangle");
     greatest
-}
-
-/// Returns twice the area of a triangle, positive if its front faces up.
-fn doubled_area([a, b, c]: [[i64; 2]; 3]) -> i64 {
-    (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
 }
 
 /// Asserts everything that is true of every surface.

@@ -3,15 +3,13 @@
 //! Based on: Protomaps, PMTiles version 3. Tiles are stored in the order of their numbers, equal tiles are stored once,
 //! and the directories are compressed.
 
-use std::cell::RefCell;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io;
 use std::path::PathBuf;
-use std::rc::Rc;
 
 use pmtiles::{PmTilesStreamWriter, PmTilesWriter, PmtError, TileType};
 
 use crate::error::Error;
-use crate::file::{Finished, PartFile};
+use crate::file::{Finished, PartFile, SharedFile};
 use crate::web::encode::TileEncoding;
 use crate::web::meta::Described;
 use crate::web::pyramid::TilePlace;
@@ -19,14 +17,14 @@ use crate::web::pyramid::TilePlace;
 /// An archive that is being written.
 pub(super) struct PmTiles {
     path: PathBuf,
-    file: ArchiveHandle,
-    writer: PmTilesStreamWriter<ArchiveHandle>,
+    file: SharedFile,
+    writer: PmTilesStreamWriter<SharedFile>,
 }
 
 impl PmTiles {
     /// Creates the archive that will be at `path`.
     pub fn create(path: PathBuf, encoding: TileEncoding, about: &Described) -> Result<PmTiles, Error> {
-        let file = ArchiveHandle(Rc::new(RefCell::new(PartFile::create(path.clone())?)));
+        let file = SharedFile::new(PartFile::create(path.clone())?);
         let tile_type = match encoding {
             TileEncoding::WebP => TileType::Webp,
             TileEncoding::Png => TileType::Png,
@@ -53,8 +51,7 @@ impl PmTiles {
     /// Writes the directories and gives the file its name.
     pub fn finish(self) -> Result<Finished, Error> {
         self.writer.finalize().map_err(failed(&self.path))?;
-        let file = Rc::into_inner(self.file.0).expect("the writer is gone");
-        file.into_inner().finish()
+        self.file.finish()
     }
 }
 
@@ -64,25 +61,5 @@ fn failed(path: &PathBuf) -> impl FnOnce(PmtError) -> Error {
             PmtError::Reading(error) => error,
             other => io::Error::other(other),
         })
-    }
-}
-
-/// A handle to a file that the writer owns as well, because the writer does not give the file back.
-#[derive(Clone)]
-struct ArchiveHandle(Rc<RefCell<PartFile>>);
-
-impl Write for ArchiveHandle {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.borrow_mut().flush()
-    }
-}
-
-impl Seek for ArchiveHandle {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.0.borrow_mut().seek(to)
     }
 }

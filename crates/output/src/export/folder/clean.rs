@@ -6,11 +6,11 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::export::folder::lock::Lock;
+use crate::export::folder::manifest::{self, Manifest};
 use crate::export::folder::moving::remove_empty_above;
+use crate::export::folder::runs;
 use crate::export::folder::{WORK, size};
-use crate::export::lock::Lock;
-use crate::export::manifest::{self, Manifest};
-use crate::export::runs;
 use crate::file::{remove, remove_folder, remove_unfinished};
 
 /// The result of removing a bake.

@@ -6,12 +6,12 @@ use std::path::Path;
 use crate::area::Place;
 use crate::error::Error;
 use crate::export::Plan;
-use crate::export::check::told;
-use crate::export::cost::Cost;
+use crate::export::folder::check::told;
+use crate::export::folder::lock;
+use crate::export::folder::manifest::{self, Manifest};
 use crate::export::folder::{PLAN, WORK, free_bytes, size};
-use crate::export::lock;
-use crate::export::manifest::{self, Manifest};
 use crate::export::plan::Bytes;
+use crate::export::plan::cost::Cost;
 
 /// The treatment of what is already in the folder of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,17 +75,10 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
     let refuse = |message: String, hint: &str| Error::Output { path: path.into(), message, hint: hint.into() };
     let found = found(path)?;
     let draft = plan.draft();
-    let same = |there: Option<&Manifest>, counts: &dyn Fn(&str) -> bool, hint: &str| match there {
-        None => Err(refuse("holds a bake whose manifest cannot be read".into(), hint)),
-        Some(there) => match &there.differences(&draft, counts)[..] {
-            [] => Ok(()),
-            others => {
-                let more = others.len().saturating_sub(SAID);
-                let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-                let listed = others.iter().take(SAID).cloned().collect::<Vec<_>>().join("; ");
-                Err(refuse(format!("holds another bake: {listed}{more}"), hint))
-            }
-        },
+    let same = |there: Option<&Manifest>, counts: &dyn Fn(&str) -> bool, hint: &str| match other(there, &draft, counts)
+    {
+        None => Ok(()),
+        Some(message) => Err(refuse(message, hint)),
     };
     let all = |_: &str| true;
     match (mode, &found) {
@@ -129,15 +122,7 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
             same(Some(there), &all, hint)?;
         }
         (Mode::Add, FolderContent::Bake(there)) => {
-            // Options that no file of the old bake depends on may differ.
-            let reads = |option: &str| there.as_ref().is_some_and(|there| there.reads(option));
-            let counts = |key: &str| match key {
-                "exports" | "profile" => false,
-                "meshes" => reads("--lod"),
-                "vectors" => reads("--clip"),
-                "height_range" => reads("--height-range"),
-                _ => true,
-            };
+            let counts = |key: &str| there.as_ref().is_some_and(|there| stays(there, key));
             same(there.as_deref(), &counts, "give what that was baked with, but for --export, or leave out --add")?;
             if there.as_ref().is_some_and(|there| plan.exports().iter().all(|export| there.has(*export))) {
                 return Err(refuse("has all these exports already".into(), "look at it with terrane info"));
@@ -160,6 +145,28 @@ pub(super) fn admit(path: &Path, mode: Mode, plan: &Plan<'_>) -> Result<Option<B
         FolderContent::Bake(old) if mode != Mode::Repair => old,
         _ => told(path).ok().map(Box::new),
     })
+}
+
+/// Returns a message if the bake that is there is another one than that of a draft, in the keys that count.
+fn other(there: Option<&Manifest>, draft: &Manifest, counts: &dyn Fn(&str) -> bool) -> Option<String> {
+    let Some(there) = there else { return Some("holds a bake whose manifest cannot be read".into()) };
+    let others = there.differences(draft, counts);
+    let more = others.len().saturating_sub(SAID);
+    let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+    let listed = others.iter().take(SAID).cloned().collect::<Vec<_>>().join("; ");
+    (!others.is_empty()).then(|| format!("holds another bake: {listed}{more}"))
+}
+
+/// True if a key of a bake's manifest stays the same when exports are added. Options that no file of the old bake
+/// depends on may change.
+fn stays(there: &Manifest, key: &str) -> bool {
+    match key {
+        "exports" | "profile" => false,
+        "meshes" => there.reads("--lod"),
+        "vectors" => there.reads("--clip"),
+        "height_range" => there.reads("--height-range"),
+        _ => true,
+    }
 }
 
 /// Checks that there is room for a bake beside the one that is there. Returns the free bytes that the bake does not

@@ -15,12 +15,27 @@
 //! are only renamed. If that is cut off, the next command that uses the folder completes the renames.
 //!
 //! ```text
-//!   found.rs   checks before a bake     moving.rs   moves its files to their places     clean.rs   removes a bake
+//!   found.rs      checks before a bake                  lock.rs     one bake at a time
+//!   run.rs        plan -> files                         merge.rs    the shards of a bake -> the bake
+//!   moving.rs     moves its files to their places       clean.rs    removes a bake
+//!   manifest.rs, registry_file.rs, runs.rs              the files that describe every bake
+//!   look.rs, check.rs, repair.rs                        the state of a folder
 //! ```
 
-mod clean;
+pub(crate) mod manifest;
+pub(crate) mod runs;
+pub(crate) mod lock;
 mod found;
+pub(crate) mod registry_file;
+pub(crate) mod run;
+pub(crate) mod merge;
 mod moving;
+pub(crate) mod look;
+pub(crate) mod check;
+pub(crate) mod repair;
+mod clean;
+#[cfg(test)]
+mod faults;
 
 pub use clean::{Cleaned, clean};
 pub use found::Mode;
@@ -35,14 +50,14 @@ use rayon::prelude::*;
 use crate::bake::{FileRecord, Journal};
 use crate::error::Error;
 use crate::export::Plan;
-use crate::export::check::check_files;
-use crate::export::cost::Cost;
+use crate::export::folder::check::check_files;
 use crate::export::folder::found::{admit, spare_room};
+use crate::export::folder::lock::Lock;
+use crate::export::folder::manifest::Manifest;
 use crate::export::folder::moving::{Moved, end_moving, move_files};
-use crate::export::lock::Lock;
-use crate::export::locked;
-use crate::export::manifest::{self, Manifest};
-use crate::export::runs::{self, Log};
+use crate::export::folder::runs::Log;
+use crate::export::formats::locked;
+use crate::export::plan::cost::Cost;
 use crate::file::{PartFile, copy, make_folder, remove_folder, remove_unfinished, sync_folder, write_whole};
 use crate::registry::{self, Registry};
 use crate::watch::Watch;
@@ -360,7 +375,7 @@ pub fn registry(path: &Path) -> Result<Registry, Error> {
 
 /// Returns the free bytes of the file system where a path will be. None if the file system does not tell: then the bake
 /// goes on, and fails later if there is too little room.
-pub(super) fn free_bytes(path: &Path) -> Option<u64> {
+pub(crate) fn free_bytes(path: &Path) -> Option<u64> {
     // The folder may not exist yet; the nearest existing folder above it is on the same disk.
     let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
     let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use crate::bake::FileRecord;
 use crate::error::Error;
+use crate::export::folder::manifest::{self, Manifest};
+use crate::export::folder::runs;
 use crate::export::folder::{FILES, OLD, WORK};
-use crate::export::manifest::{self, Manifest};
-use crate::export::{runs, web};
+use crate::export::formats::web;
 use crate::file::{make_folder, path_in, remove, remove_folder, rename, sync_folder, write_whole};
 
 /// The outcome of moving a bake's files.
@@ -46,28 +47,8 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     // found by them.
     let mut made: Vec<FileRecord> = new.all_files(&files);
     made.sort_by_key(|record| web::is_listing(&record.path));
-    let place = |record: &FileRecord| {
-        path_in(path, &record.path).ok_or_else(|| Error::Output {
-            path: path.join(&record.path),
-            message: "would be written over a link".into(),
-            hint: "remove the link, and go on with --resume".into(),
-        })
-    };
     if !old.exists() {
-        // Before anything moves, files that no bake has written as they are get other names: they belong to somebody.
-        let stranger = |record: &&FileRecord| {
-            let is_known = || known.get(&record.path[..]).is_some_and(|known| known.fault(path).is_none());
-            let is_same = || record.fault(path).is_none();
-            path.join(&record.path).symlink_metadata().is_ok() && !is_known() && !is_same()
-        };
-        let strangers: Vec<&FileRecord> = made.par_iter().filter(stranger).collect();
-        for record in strangers {
-            let from = place(record)?;
-            let numbered = (1..).map(|number| path.join(format!("{}.kept-{number}", record.path)));
-            let to = numbered.into_iter().find(|to| to.symlink_metadata().is_err()).expect("some number is free");
-            rename(&from, &to)?;
-            moved.kept.push(to);
-        }
+        moved.kept = set_aside(path, &made, &known)?;
         // During the move the folder is no whole bake. Without its manifest it does not look like one.
         match rename(&path.join(manifest::PATH), &old) {
             Err(Error::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
@@ -91,7 +72,7 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     }
     let mut folders = vec![path.to_owned()];
     for record in &made {
-        let (from, to) = (files.join(&record.path), place(record)?);
+        let (from, to) = (files.join(&record.path), place(path, record)?);
         // The file has moved already, or the old bake's file is kept.
         if !from.exists() {
             continue;
@@ -119,6 +100,34 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     sync_folder(path)?;
     remove_folder(&work)?;
     Ok(moved)
+}
+
+/// Returns the path of a file in the folder of a bake; an error if the path leads over a link.
+fn place(folder: &Path, record: &FileRecord) -> Result<PathBuf, Error> {
+    path_in(folder, &record.path).ok_or_else(|| Error::Output {
+        path: folder.join(&record.path),
+        message: "would be written over a link".into(),
+        hint: "remove the link, and go on with --resume".into(),
+    })
+}
+
+/// Renames the files that stand in the way of those that were made, and that no bake has written as they are: they
+/// belong to somebody. Returns their new paths.
+fn set_aside(folder: &Path, made: &[FileRecord], known: &BTreeMap<&str, &FileRecord>) -> Result<Vec<PathBuf>, Error> {
+    let stranger = |record: &&FileRecord| {
+        let is_known = || known.get(&record.path[..]).is_some_and(|known| known.fault(folder).is_none());
+        let is_same = || record.fault(folder).is_none();
+        folder.join(&record.path).symlink_metadata().is_ok() && !is_known() && !is_same()
+    };
+    // All strangers are found before the first is renamed.
+    let strangers: Vec<&FileRecord> = made.par_iter().filter(stranger).collect();
+    let rename = |record: &FileRecord| {
+        let numbered = (1..).map(|number| folder.join(format!("{}.kept-{number}", record.path)));
+        let to = numbered.into_iter().find(|to| to.symlink_metadata().is_err()).expect("some number is free");
+        rename(&place(folder, record)?, &to)?;
+        Ok(to)
+    };
+    strangers.into_iter().map(rename).collect()
 }
 
 /// Removes the folders of a path that are empty.
