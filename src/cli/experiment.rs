@@ -24,8 +24,8 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     let mut options = ExperimentOptions {
         sizes: arguments.sizes,
         agents: arguments.agents.into_iter().map(Switch::is_on).collect(),
-        minutes: arguments.minutes,
-        speed_m_s: arguments.speed,
+        minutes: arguments.camera.minutes,
+        speed_m_s: arguments.camera.speed,
         engines: engines(&arguments.device, &arguments.workgroup)?,
         layers: each_once(arguments.layers),
         steps: each_once(arguments.step.into_iter().map(step)),

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::explore::queue::Product;
 use crate::explore::worlds::Opened;
 use crate::find::{Finder, Found, Query, named_in};
+use crate::watch::Watch;
 
 /// Radius of the search around the middle of the view, in kilometres.
 const RADIUS_KM: f64 = 200.0;
@@ -42,7 +43,9 @@ impl Search {
         };
         let (kind, found) = match self {
             Search::Name(name) => (None, vec![named_in(finder, name, near_km)?]),
-            Search::Things(query) => (Some(query.thing.name()), finder.find(query, near_km, RADIUS_KM, limit)?),
+            Search::Things(query) => {
+                (Some(query.thing.name()), finder.find(query, near_km, RADIUS_KM, limit, &Watch::default())?)
+            }
         };
         let found: Vec<Value> = found.iter().map(|found| told(found, kind)).collect();
         Ok(Arc::new(vec![json!({ "found": found, "radius_km": RADIUS_KM }).to_string().into_bytes()]))

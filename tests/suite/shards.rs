@@ -524,7 +524,7 @@ fn shards_are_as_many_as_the_time_of_each_asks_for() {
     assert!(few["seconds"].as_f64().unwrap() <= 3600.0, "{few}");
     for (options, words) in [
         (&["noise.toml", "--add"][..], &["--add"][..]),
-        (&["-"], &["takes no -"]),
+        (&["-"], &["standard input"]),
         (&["noise.toml", "--size", "2x2", "--shards", "5"], &["5 shards", "4 tiles"]),
         (&["noise.toml", "--shards", "5", "--minutes", "5"], &["--shards", "--minutes"]),
     ] {

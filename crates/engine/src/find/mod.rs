@@ -23,6 +23,7 @@ use crate::geometry::length;
 use crate::lines::{Line, LineKind, LinePoint};
 use crate::memory::Budget;
 use crate::preset::Preset;
+use crate::watch::Watch;
 use crate::world::World;
 pub use name::{SETTLEMENTS_KM, THINGS_KM, named, named_in};
 pub use query::{Beside, Bound, Measure, Query, Sign, Thing};
@@ -143,7 +144,7 @@ impl Finder {
     }
 
     /// Finds at most `limit` things within a radius of a place, nearest first. The place is given in kilometres east
-    /// and north.
+    /// and north. `watch` counts the blocks that are searched, of all within the radius.
     ///
     /// # Errors
     /// When the radius reaches beyond the largest coordinates.
@@ -153,6 +154,7 @@ impl Finder {
         near_km: [f64; 2],
         radius_km: f64,
         limit: usize,
+        watch: &Watch,
     ) -> Result<Vec<Found>, Error> {
         let spacing_km = self.world.spacing_m() / 1000.0;
         let most_km = MAX_COORDINATE as f64 * spacing_km;
@@ -177,6 +179,7 @@ impl Finder {
         let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
         let mut found: BTreeMap<String, Found> = BTreeMap::new();
         let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
+        watch.begin("searching", Some((count[0].saturating_mul(count[1]), "blocks")));
         // Goes through rings of blocks, each farther out than the last, because all blocks at once may not fit into
         // memory.
         let middle = near_km.map(|km| (km / block_km).floor() as i64);
@@ -187,11 +190,17 @@ impl Finder {
                 let columns = middle[0] - ring..=middle[0] + ring;
                 blocks.extend(columns.filter(|x| is_end || (x - middle[0]).abs() == ring).map(|x| [x, y]));
             }
+            let all = blocks.len();
             blocks.retain(|block| search.distance_km(*block, block_km) <= radius_km);
+            watch.add((all - blocks.len()) as u64);
             if blocks.is_empty() {
                 break;
             }
-            let here = |block: &[i64; 2]| search.block(*block, side);
+            let here = |block: &[i64; 2]| {
+                let found = search.block(*block, side);
+                watch.add(1);
+                found
+            };
             let all: Vec<Vec<Found>> = blocks.par_iter().map(here).collect();
             let near = all.into_iter().flatten().filter(|found| found.distance_km <= radius_km);
             found.extend(near.map(|found| (found.id.clone(), found)));

@@ -242,16 +242,18 @@ impl Chart {
 
     /// Returns the picture of an area of pixels, a part of a map without end: names may go on beyond its edges.
     pub fn picture(self: &Arc<Self>, area: Area) -> Picture {
-        self.drawn_picture(area, None)
+        self.drawn_picture(area, None, &Watch::default())
     }
 
     /// Returns the picture of an area of pixels with a frame around it: no name crosses the frame, and what lies beyond
     /// has no name.
     pub fn framed_picture(self: &Arc<Self>, area: Area) -> Picture {
-        self.drawn_picture(area, Some(MapFrame::new(area, self.scale)))
+        self.drawn_picture(area, Some(MapFrame::new(area, self.scale)), &Watch::default())
     }
 
-    fn drawn_picture(self: &Arc<Self>, area: Area, frame: Option<MapFrame>) -> Picture {
+    /// Returns the picture of an area of pixels, within a frame if there is one. `watch` counts the squares in which
+    /// everything is found.
+    pub(super) fn drawn_picture(self: &Arc<Self>, area: Area, frame: Option<MapFrame>, watch: &Watch) -> Picture {
         let draughtsman = Draughtsman {
             style: &self.style,
             scale: self.scale,
@@ -265,16 +267,16 @@ impl Chart {
             // The numbers of contours keep clear of all names in their square, so names are needed in whole squares.
             let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
             let pad = names::pad(self.scale);
-            let drawing = draughtsman.draw(named, pad);
+            let drawing = draughtsman.draw(named, pad, watch);
             let seen = self.detail.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
             let summits =
                 |area| self.detail.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
             let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
             let style = (&self.style, self.scale);
-            writings = names::write(style, &drawing, seen.as_ref(), &finders, named, frame.as_ref());
+            writings = names::write(style, &drawing, seen.as_ref(), &finders, named, frame.as_ref(), watch);
             drawing
         } else {
-            draughtsman.draw(area, WIDEST as usize)
+            draughtsman.draw(area, WIDEST as usize, watch)
         };
         Picture { chart: Arc::clone(self), area, drawing, writings, frame }
     }

@@ -23,6 +23,7 @@ use crate::map::symbols;
 use crate::places::Places;
 use crate::places::site::SiteClass;
 use crate::stop;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Side in nodes of the parts of the world that are searched one by one.
@@ -190,13 +191,13 @@ pub(super) struct Draughtsman<'a> {
 
 impl Draughtsman<'_> {
     /// Returns everything that lies in an area of pixels or reaches into it, and the named water within `pad` pixels
-    /// around the area.
-    pub fn draw(&self, seen: Area, pad: usize) -> Drawing {
+    /// around the area. `watch` counts the squares in which they are found.
+    pub fn draw(&self, seen: Area, pad: usize, watch: &Watch) -> Drawing {
         let wide = (WIDEST_M / self.scale.metres_per_pixel) as usize;
         let area = seen.padded(pad.max(wide + WIDEST as usize));
         let mut drawing = Drawing::default();
         if self.style.water.draw {
-            self.draw_water(area, &mut drawing);
+            self.draw_water(area, &mut drawing, watch);
         }
         let vertices = |area| self.scale.nodes_of(area, self.settled.spacing_m());
         let mut lines = Vec::new();
@@ -208,7 +209,7 @@ impl Draughtsman<'_> {
             if self.has_houses() {
                 reach = reach.max(houses::REACH_M / self.scale.metres_per_pixel);
             }
-            lines = self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing);
+            lines = self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing, watch);
         }
         let houses_px = if self.has_houses() { houses::MOST_M / self.scale.metres_per_pixel } else { 0.0 };
         let symbol_px = symbols::site_px(SiteClass::Town, self.scale);
@@ -226,25 +227,31 @@ impl Draughtsman<'_> {
         self.style.places.draw && self.has_lines && self.scale.denominator() <= self.style.places.houses_most
     }
 
-    /// Finds everything in an area of nodes, part by part. A thing that lies in several parts is returned once. The
-    /// order is that of the keys.
+    /// Finds everything in an area of nodes, part by part, as a stage of its own if it is watched. A thing that lies in
+    /// several parts is returned once. The order is that of the keys.
     fn find<T: Send, K: Ord + Send>(
+        watched: Option<(&Watch, &'static str)>,
         area: Area,
         find: impl Fn(&Area) -> Vec<T> + Sync,
         key: impl Fn(&T) -> K + Sync,
     ) -> Vec<T> {
         let part = |[x, y]: [i64; 2]| Area::new(x * PART, y * PART, PART as usize + 1, PART as usize + 1);
         let parts: Vec<Area> = area.square_numbers(PART).filter_map(|at| part(at).common(&area)).collect();
+        if let Some((watch, stage)) = watched {
+            watch.begin(stage, Some((parts.len() as u64, "squares")));
+        }
         let found = |part: &Area| {
             stop::check();
-            find(part)
+            let found = find(part);
+            watched.map(|(watch, _)| watch.add(1));
+            found
         };
         let found: Vec<Vec<(K, T)>> =
             parts.par_iter().map(|part| found(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
         found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect()
     }
 
-    fn draw_water(&self, area: Area, drawing: &mut Drawing) {
+    fn draw_water(&self, area: Area, drawing: &mut Drawing, watch: &Watch) {
         let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         let outline = |ring: &Vec<[f64; 2]>| {
             let ring: Vec<DVec2> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
@@ -255,7 +262,7 @@ impl Draughtsman<'_> {
             let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel);
             LAKES.features(self.world, lakes)
         };
-        for lake in Self::find(nodes, lakes, |lake| lake.id.clone()) {
+        for lake in Self::find(Some((watch, "finding lakes")), nodes, lakes, |lake| lake.id.clone()) {
             let area_px = lake.area_m2 / self.scale.metres_per_pixel / self.scale.metres_per_pixel;
             if area_px >= LEAST_LAKE {
                 let rings: Vec<Vec<DVec2>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();
@@ -264,7 +271,8 @@ impl Draughtsman<'_> {
         }
         let least_m3s = self.least_m3s();
         let rivers = |world: &World, area: Area| {
-            Self::find(area, |part| world.lines_through(LineKind::River, part), |river| river.id)
+            let watched = Some((watch, "finding rivers"));
+            Self::find(watched, area, |part| world.lines_through(LineKind::River, part), |river| river.id)
         };
         let found = match (self.world.relief().fluvial(), self.has_lines) {
             (Some(_), _) => rivers(self.world, nodes),
@@ -332,7 +340,7 @@ impl Draughtsman<'_> {
         let settled = self.settled;
         let vertices = self.scale.nodes_of(area, settled.spacing_m());
         if self.has_lines {
-            let sites = Self::find(vertices, |part| settled.sites(part), |site| site.id);
+            let sites = Self::find(None, vertices, |part| settled.sites(part), |site| site.id);
             let drawn = sites.into_iter().filter(|site| is_drawn(site.class, self.scale));
             return drawn.map(|site| SiteFeature::new(settled, &site)).collect();
         }
@@ -346,10 +354,10 @@ impl Draughtsman<'_> {
     }
 
     /// Draws roads. Returns the whole line of each road, with a number of its own.
-    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Vec<(u64, Vec<DVec2>)> {
+    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing, watch: &Watch) -> Vec<(u64, Vec<DVec2>)> {
         let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
         let mut lines = Vec::new();
-        for road in Self::find(vertices, roads, |road| road.id) {
+        for road in Self::find(Some((watch, "planning roads")), vertices, roads, |road| road.id) {
             if let Some(line) = drawing.add_road(self.style, self.scale, &road) {
                 lines.push((names::hash_of(&road.id.to_string()), line));
             }

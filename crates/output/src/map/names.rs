@@ -19,6 +19,7 @@ use crate::map::summits::Summit;
 use crate::map::symbols;
 use crate::map::text::{Placed, Quad, Shaped, length, shape};
 use crate::places::site::SiteClass;
+use crate::watch::Watch;
 
 /// Largest extent of all places of a name together, in millimetres of paper. Places of a longer name that would exceed
 /// it are left out.
@@ -98,7 +99,7 @@ pub(super) struct Finders<'a> {
 }
 
 /// Chooses all labels of an area of pixels, given the water there and [around](pad), and the land as seen from afar. If
-/// there is a frame, no label crosses it.
+/// there is a frame, no label crosses it. `watch` counts the squares that are searched.
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
@@ -106,6 +107,7 @@ pub(super) fn write(
     finders: &Finders<'_>,
     area: Area,
     frame: Option<&MapFrame>,
+    watch: &Watch,
 ) -> Vec<Writing> {
     let mut writer = Writer { style, scale, frame, candidates: Vec::new(), obstacles: Vec::new() };
     writer.write_ranges(seen);
@@ -126,9 +128,10 @@ pub(super) fn write(
         if new.0.is_empty() && new.1.is_empty() {
             break;
         }
+        watch.begin("finding names", Some(((new.0.len() + new.1.len()) as u64, "squares")));
         let found = rayon::join(
-            || find(&new.0, finders.sites, |site| scale.pixel(site.at)),
-            || find(&new.1, finders.summits, |summit| scale.pixel(summit.at)),
+            || find(&new.0, finders.sites, |site| scale.pixel(site.at), watch),
+            || find(&new.1, finders.summits, |summit| scale.pixel(summit.at), watch),
         );
         writer.write_sites(&found.0);
         writer.write_peaks(&found.1);
@@ -182,13 +185,16 @@ fn find<T: Send>(
     squares: &[Area],
     find: &(dyn Fn(Area) -> Vec<T> + Sync),
     place: impl Fn(&T) -> DVec2 + Sync,
+    watch: &Watch,
 ) -> Vec<T> {
     let of_square = |square: &Area| {
         let is_within = |thing: &T| {
             let [x, y] = place(thing).to_array().map(|at| at.floor() as i64);
             square.contains(&Area::new(x, y, 1, 1))
         };
-        find(*square).into_iter().filter(is_within).collect::<Vec<T>>()
+        let found = find(*square).into_iter().filter(is_within).collect::<Vec<T>>();
+        watch.add(1);
+        found
     };
     squares.par_iter().map(of_square).collect::<Vec<_>>().into_iter().flatten().collect()
 }

@@ -12,7 +12,7 @@ use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
 use crate::map::font::Face;
-use crate::map::frame;
+use crate::map::frame::{self, MapFrame};
 use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape, ring, widened};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
@@ -208,9 +208,11 @@ impl Sheet<'_> {
         furniture.contains(&Furniture::Frame) || furniture.contains(&Furniture::Grid)
     }
 
-    /// Returns the picture of a chart for a sheet with such furniture: with a frame, if the map ends at one.
-    pub fn picture(chart: &Arc<Chart>, map: Area, furniture: &BTreeSet<Furniture>) -> Picture {
-        if Sheet::is_framed(furniture) { chart.framed_picture(map) } else { chart.picture(map) }
+    /// Returns the picture of a chart for a sheet with such furniture: with a frame, if the map ends at one. `watch`
+    /// counts the squares in which everything is found.
+    pub fn picture(chart: &Arc<Chart>, map: Area, furniture: &BTreeSet<Furniture>, watch: &Watch) -> Picture {
+        let frame = Sheet::is_framed(furniture).then(|| MapFrame::new(map, chart.scale()));
+        chart.drawn_picture(map, frame, watch)
     }
 
     /// Creates the sheet of a picture and its furniture, on as much paper as they take.
