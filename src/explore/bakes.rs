@@ -172,6 +172,11 @@ impl Bakes {
     /// # Errors
     /// When too many bakes run, or the command cannot be started.
     pub fn begin(&self, arguments: &[String], mode: FolderMode) -> Result<usize, Failure> {
+        self.begin_on(thread::Builder::new(), arguments, mode)
+    }
+
+    /// Starts a bake whose messages are read by the given thread.
+    fn begin_on(&self, listener: thread::Builder, arguments: &[String], mode: FolderMode) -> Result<usize, Failure> {
         let mut all = self.all();
         let running = all.iter().filter(|bake| bake.progress.is_alive()).count();
         if running >= MOST_RUNNING {
@@ -186,14 +191,17 @@ impl Bakes {
         command.stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().map_err(|error| cannot_start(&error))?;
         let messages = child.stdout.take().expect("it is piped");
+        // The thread cannot look for the bake before it is there, since this function holds the lock.
+        let (index, shared) = (all.len(), self.all.clone());
+        if let Err(error) = listener.spawn(move || listen(messages, &shared, index)) {
+            // Nobody would see the bake end: it would count as running for ever.
+            _ = child.kill();
+            _ = child.wait();
+            return Err(cannot_start(&error));
+        }
         let progress =
             BakeProgress { state: RUNNING, stage: None, done: 0, of: None, seconds_left: None, out: None, error: None };
         all.push(Running { child, progress });
-        let (index, shared) = (all.len() - 1, self.all.clone());
-        drop(all);
-        let listen = move || listen(messages, &shared, index);
-        // If no thread can be started, nobody listens: the bake runs, but its progress stays unknown.
-        _ = thread::Builder::new().spawn(listen);
         Ok(index + 1)
     }
 
@@ -327,4 +335,22 @@ pub(super) fn typed(arguments: &[String]) -> String {
         write!(text, " {}", quoted(argument)).expect("a String takes everything");
     }
     text
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bake_to_which_nobody_can_listen_takes_no_place() {
+        let bakes = Bakes::new("sh".into());
+        let arguments = ["-c", "exec sleep 60"].map(str::to_owned);
+        for _ in 0..=MOST_RUNNING {
+            // No system has room for such a stack.
+            let listener = thread::Builder::new().stack_size(usize::MAX / 2);
+            let failure = bakes.begin_on(listener, &arguments, FolderMode::New).unwrap_err();
+            assert_eq!(failure.status, StatusCode::INTERNAL_SERVER_ERROR, "{}", failure.error);
+        }
+        assert_eq!(bakes.begin(&arguments, FolderMode::New), Ok(1));
+    }
 }
