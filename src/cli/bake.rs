@@ -24,16 +24,15 @@ use crate::world::World;
 
 /// Bakes the region that the command line asks for.
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
-    let options = &arguments.write;
+    let write = &arguments.write;
     let (request, out) = requested(arguments, console)?;
-    let plan = on_device(request.plan()?, &options.manner, console)?;
-    carry_out(&plan, options.mode(), &out, &options.manner.run, console)
+    let plan = on_device(request.plan()?, &write.manner, console)?;
+    carry_out(&plan, write.mode(), &out, &write.manner.run, console)
 }
 
 /// Returns the request that the command line makes, with the folder of the bake.
 pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<(PlanRequest, PathBuf), Error> {
-    let BakeArguments { common: options, write, .. } = arguments;
-    let seed = arguments.world.seed;
+    let BakeArguments { world: asked, common: options, write, .. } = arguments;
     // Check all options before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;
@@ -42,10 +41,10 @@ pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
-    let place = arguments.place.located(&preset, seed)?;
-    let asked = place.region(preset.tile_cells, preset.spacing_m)?;
-    let region = if options.stride == Stride::ONE { asked } else { asked.strided(options.stride)? };
-    let world = World::strided(preset, seed, options.stride)?.with_tile_cells(region.tile_cells());
+    let place = arguments.place.located(&preset, asked.seed)?;
+    let region = place.region(preset.tile_cells, preset.spacing_m)?;
+    let region = if options.stride == Stride::ONE { region } else { region.strided(options.stride)? };
+    let world = World::strided(preset, asked.seed, options.stride)?.with_tile_cells(region.tile_cells());
     console.warnings(&world.warnings());
     let (exports, mut profile) = (arguments.exports()?, arguments.profile()?);
     // With --add, the manifest of the bake that the files are added to.

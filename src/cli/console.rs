@@ -47,7 +47,7 @@ impl Console {
 
     /// Prints where the time of watched work went, if that is asked for.
     pub fn stages(&self, watch: &Watch) -> Result<(), Error> {
-        let stages = watch.clock.stages();
+        let stages = watch.stages();
         let total: f64 = stages.iter().map(|(_, spent)| spent.as_secs_f64()).sum();
         stages.into_iter().filter(|_| self.0.verbose).try_for_each(|(stage, spent)| {
             let seconds = spent.as_secs_f64();

@@ -16,6 +16,8 @@ pub struct Watch {
     skipped: AtomicU64,
     /// Processor time by stage.
     pub clock: Clock,
+    /// Durations of the stages that have ended.
+    ended: Clock,
 }
 
 /// The stage under way.
@@ -50,14 +52,35 @@ impl Watch {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         self.done.store(0, Ordering::Relaxed);
         self.skipped.store(0, Ordering::Relaxed);
-        *stage = Some(CurrentStage { name, of, since: Instant::now(), first: 0 });
+        let old = stage.replace(CurrentStage { name, of, since: Instant::now(), first: 0 });
+        self.end(old);
     }
 
     /// Begins a stage that continues the count of the stage before it, at a rate of its own.
     pub fn go_on(&self, name: &'static str) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         let first = self.done.load(Ordering::Relaxed);
-        *stage = Some(CurrentStage { name, of: stage.and_then(|stage| stage.of), since: Instant::now(), first });
+        let of = stage.and_then(|stage| stage.of);
+        let old = stage.replace(CurrentStage { name, of, since: Instant::now(), first });
+        self.end(old);
+    }
+
+    fn end(&self, stage: Option<CurrentStage>) {
+        if let Some(CurrentStage { name, since, .. }) = stage {
+            self.ended.book(name, since.elapsed());
+        }
+    }
+
+    /// Returns where the time has gone, the longest first: processor time where it is known, else the durations of the
+    /// stages, of which the latest ends here.
+    pub fn stages(&self) -> Vec<(String, Duration)> {
+        let known = self.clock.stages();
+        if !known.is_empty() {
+            return known;
+        }
+        let last = self.stage.lock().expect("no thread panics while it names a stage").take();
+        self.end(last);
+        self.ended.stages()
     }
 
     /// Counts so many things as done. Returns how many were done before.
@@ -96,6 +119,8 @@ impl Progress {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -111,6 +136,11 @@ mod tests {
         watch.begin("finishing files", None);
         let files = watch.progress().unwrap();
         assert_eq!((files.done, files.share(), files.seconds_left()), (0, None, None));
+        // Without processor time the stages themselves are told.
+        let told = watch.stages().into_iter().map(|(stage, _)| stage).collect::<BTreeSet<String>>();
+        assert_eq!(told, ["planning roads", "baking tiles", "finishing files"].map(String::from).into());
+        watch.clock.book("relief", Duration::from_secs(1));
+        assert_eq!(watch.stages(), [("relief".to_owned(), Duration::from_secs(1))]);
     }
 
     #[test]
