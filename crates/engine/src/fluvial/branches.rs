@@ -6,6 +6,8 @@
 //!
 //! For the rasters, and for planning on them, a branch is one more channel. The lines of rivers, and the tributaries
 //! that join them, do not know branches, so a branch exists only where no other river crosses it.
+//!
+//! To judge the numbers chosen by eye, look at the oxbows and side arms of `plains`.
 
 use std::sync::Arc;
 

@@ -4,6 +4,8 @@
 //! bed at its outlet. The valley sides rise from the hollow's floor as from any bed, and tributaries run down to the
 //! lake. So shores are contours of the land, bays are the lower ends of side valleys, and every lake on a channel's way
 //! has one outlet.
+//!
+//! To judge the numbers chosen by eye, look at the lakes of `alps` and `highlands`.
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;

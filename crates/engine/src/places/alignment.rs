@@ -20,7 +20,7 @@ const MISS: f64 = 0.4;
 /// metre.
 const BEND_PIECES: i64 = 16;
 
-/// Number of points for which the land is queried at a time. Chosen by eye.
+/// Number of points for which the land is queried at a time.
 // Few, since the query covers the points' bounding box, whose area grows with the square of their number on a slanting
 // line.
 const CHUNK: usize = 16;

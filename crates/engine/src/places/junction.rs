@@ -4,6 +4,8 @@
 //! Each road is cut where it meets one that ranks above it, after that one has been cut by those above it in turn. The
 //! parts that are left reach from one junction to the next, and end on the middle of the road that they join, at its
 //! level. They are a function of the road and of the roads above it that may come near it, whatever area is asked for.
+//!
+//! To judge the numbers chosen by eye, look where roads of one settlement part, on maps at 1:10,000.
 
 use std::cmp::Reverse;
 use std::ops::{Range, RangeInclusive};

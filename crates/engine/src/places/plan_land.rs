@@ -1,5 +1,7 @@
 //! The lattice of nodes on which settlements and roads are planned, fine and coarse, and the land on it, block by
 //! block.
+//!
+//! To judge the numbers chosen by eye, look at the tightest bends of tracks in `alps`.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
