@@ -189,7 +189,7 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     Scale { metres_per_pixel, pixels_per_mm }
 }
 
-/// Returns the options that draw the same pixels at the same scale again, with as few digits as that needs.
+/// Returns the options that draw the same pixels at the same scale again, with as few digits as possible.
 fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
     let measure = match (arguments.scale, arguments.metres_per_pixel) {
         (Some(denominator), _) => format!("--scale 1:{denominator}"),

@@ -56,8 +56,8 @@ const LOOP_DOWN: f64 = 1.9;
 const LOOP_UP: (f64, f64) = (1.0, 0.6);
 const LOOP_STEP: f64 = 0.16;
 
-/// Least distance in widths between an oxbow and its river, except where it returns; and greatest distance from which
-/// it still returns.
+/// Least distance in widths between an oxbow and its river, except where the oxbow returns to the river; and greatest
+/// distance from which it still returns.
 const LOOP_CLEAR: f64 = 1.1;
 const LOOP_OPENS: f64 = 1.8;
 
