@@ -1,4 +1,4 @@
-//! Fluvial tiles on one thread: nanoseconds a vertex by stage, as the table of the README.
+//! Fluvial tiles on one thread: nanoseconds a vertex by stage, as the tables of docs/speed.md.
 //!
 //! `cargo bench --bench fluvial` makes 16 x 16 tiles of each fluvial preset from nothing, channels and roads among them.
 //! `TERRANE_SIMD=avx2` and the like choose the instruction set.

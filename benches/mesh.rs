@@ -1,4 +1,4 @@
-//! Meshes side by side with the method that is published for them: triangles and time, as the table of the README.
+//! Meshes side by side with the method that is published for them: triangles and time, as the tables of docs/speed.md.
 //!
 //! `cargo bench --bench mesh`. One thread. The peer is plain greedy insertion as hmm and delatin do it, made anew below:
 //! Garland & Heckbert's refinement of a Delaunay triangulation from two triangles on, with floats, borders free, and a heap

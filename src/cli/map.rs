@@ -191,7 +191,7 @@ fn on_pixels(bounds_m: [f64; 4], scale: Scale, arguments: &MapArguments) -> [f64
     arguments.width.map_or(bounds_m, |width| [edge(0), south, edge(width), north])
 }
 
-/// Returns the options that draw the same pixels at the same scale again, with as few digits as that needs.
+/// Returns the options that draw the same pixels at the same scale again, with as few digits as possible.
 fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
     let measure = match (arguments.scale, arguments.metres_per_pixel) {
         (Some(denominator), _) => format!("--scale 1:{denominator}"),

@@ -12,10 +12,11 @@ use std::task::{Context, Poll};
 use std::thread;
 use std::time::Duration;
 
+use axum::http::StatusCode;
 use tokio::sync::oneshot;
 
 use crate::error::Error;
-use crate::explore::request::{Failure, Status};
+use crate::explore::request::Failure;
 use crate::stop::{self, Stopper};
 
 /// The bytes that a job makes for the page, in parts.
@@ -151,7 +152,11 @@ impl Queue {
         let mut state = self.shared.state();
         if !state.jobs.contains_key(&key) {
             if state.lanes[lane as usize].len() >= MOST_WAITING {
-                return Err(Failure::new(Status::Busy, "too much is asked for at once", "ask again in a second"));
+                return Err(Failure::new(
+                    StatusCode::SERVICE_UNAVAILABLE,
+                    "too much is asked for at once",
+                    "ask again in a second",
+                ));
             }
             state.count += 1;
             let number = state.count;
@@ -217,10 +222,8 @@ impl Shared {
             // A panic must not end the thread: it has other jobs to do.
             let done = catch_unwind(AssertUnwindSafe(|| stopper.run(work)));
             let outcome = match done {
-                Ok(done) => done.map_err(|error| Failure::of(&error)),
-                Err(_) => {
-                    Err(Failure::new(Status::Broken, "this could not be drawn: that is a fault of the program", ""))
-                }
+                Ok(done) => done.map_err(Failure::from),
+                Err(_) => Err(Failure::broken("this could not be drawn: that is a fault of the program")),
             };
             let mut state = self.state();
             // If all tickets were dropped and somebody asked anew, the job of this key is another one.
@@ -240,7 +243,7 @@ impl Future for Ticket {
     type Output = Outcome;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Outcome> {
-        let closed = || Err(Failure::new(Status::Busy, "the explorer is closing", ""));
+        let closed = || Err(Failure::new(StatusCode::SERVICE_UNAVAILABLE, "the explorer is closing", ""));
         Pin::new(&mut self.outcome).poll(context).map(|outcome| outcome.unwrap_or_else(|_| closed()))
     }
 }
@@ -354,9 +357,9 @@ mod tests {
         let queue = Queue::start(1).unwrap();
         let refused = || Err(Error::Option { message: "no such thing".into(), hint: "another".into() });
         let failure = wait(queue.ask(Lane::Quick, key(1), refused).unwrap()).unwrap_err();
-        assert_eq!(failure.status, Status::Faulty);
+        assert_eq!(failure.status, StatusCode::UNPROCESSABLE_ENTITY);
         let panic = queue.ask(Lane::Quick, key(2), || std::panic::resume_unwind(Box::new("a bug"))).unwrap();
-        assert_eq!(wait(panic).unwrap_err().status, Status::Broken);
+        assert_eq!(wait(panic).unwrap_err().status, StatusCode::INTERNAL_SERVER_ERROR);
         assert!(wait(queue.ask(Lane::Quick, key(3), || Ok(product(1))).unwrap()).is_ok());
     }
 
@@ -373,7 +376,7 @@ mod tests {
         begins.recv().unwrap();
         let ask = |number| queue.ask(Lane::Slow, key(number), || Ok(product(1)));
         let tickets: Vec<Ticket> = (1..=MOST_WAITING as u32).map(|number| ask(number).unwrap()).collect();
-        assert_eq!(ask(9999).unwrap_err().status, Status::Busy);
+        assert_eq!(ask(9999).unwrap_err().status, StatusCode::SERVICE_UNAVAILABLE);
         assert!(ask(5).is_ok(), "that is asked for already");
         drop(go);
         assert!(wait(first.unwrap()).is_ok());

@@ -3,6 +3,8 @@
 //!
 //! A barrier runs from one side of the valley to the other, slightly bowed towards the land, with an inlet at the bed
 //! of the river. It raises the floor of the valley only: higher land stays as it is.
+//!
+//! To judge the numbers chosen by eye, look at the coast of `archipelago`, which has barriers.
 
 use std::sync::Arc;
 

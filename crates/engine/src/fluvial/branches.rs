@@ -6,6 +6,8 @@
 //!
 //! For the rasters, and for planning on them, a branch is one more channel. The lines of rivers, and the tributaries
 //! that join them, do not know branches, so a branch exists only where no other river crosses it.
+//!
+//! To judge the numbers chosen by eye, look at the oxbows and side arms of `plains`.
 
 use std::sync::Arc;
 
@@ -54,8 +56,8 @@ const LOOP_DOWN: f64 = 1.9;
 const LOOP_UP: (f64, f64) = (1.0, 0.6);
 const LOOP_STEP: f64 = 0.16;
 
-/// Least distance in widths between an oxbow and its river, except where it returns; and greatest distance from which
-/// it still returns.
+/// Least distance in widths between an oxbow and its river, except where the oxbow returns to the river; and greatest
+/// distance from which it still returns.
 const LOOP_CLEAR: f64 = 1.1;
 const LOOP_OPENS: f64 = 1.8;
 

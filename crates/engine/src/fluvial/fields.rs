@@ -1,5 +1,8 @@
 //! The fields of a fluvial world, which vary slowly: where its water flows at large, how fast the land rises, where the
 //! sea is.
+//!
+//! To judge the numbers chosen by eye, look at hillshades: bare hillsides in `alps`, terraces in `plains`, beds beside
+//! the coast in `archipelago`.
 
 use std::sync::Arc;
 

@@ -6,6 +6,8 @@
 //! land is rough; breaches open them.
 //!
 //! Based on: R. Johansen (runevision), Fast and Gorgeous Erosion Filter, 2026.
+//!
+//! To judge the numbers chosen by eye, look at hillshades of `alps` and `badlands`.
 
 use std::mem;
 

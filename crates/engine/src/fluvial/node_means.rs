@@ -10,7 +10,7 @@ const LEAST_M: f32 = 0.01;
 /// Least share of a node's ground under rivers at which the node is a river.
 const LEAST_RIVER: f32 = 0.1;
 
-/// Finer nodes a side that are made at once.
+/// Largest number of finer nodes a side that are made at once.
 const MOST_NODES: i64 = 512;
 
 /// The land of an area of nodes, as it is filled in.
@@ -35,8 +35,9 @@ struct Sums {
 }
 
 impl Means {
-    /// Makes the land at the nodes of an area, with `finer` finer nodes from one to the next, whose land `make` makes.
-    /// Each node is the mean of the square around it, in which the finer nodes on the edge count half.
+    /// Makes the land at the nodes of an area from finer nodes, of which there are `finer` from one node to the next
+    /// and whose land `make` makes. Each node is the mean of the square around it, in which the finer nodes on the edge
+    /// count half.
     pub fn of(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Land) -> Land {
         let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water: Water::none(area) };
         for part in area.squares((MOST_NODES / finer).max(1) as usize) {

@@ -4,6 +4,8 @@
 //! trunks are made does not matter: a smooth curve; a curve that bends less, where the first comes too close to the
 //! curve of a trunk that shares a node; meanders, in a tube that no other trunk's tube meets; and a bed that stays
 //! below the coast and below the sides of the larger valley that it joins.
+//!
+//! To judge the numbers chosen by eye, look at the courses of the largest rivers, on a map of many trunk cells.
 
 use std::sync::Arc;
 

@@ -1,5 +1,7 @@
 //! The sides of valleys in lanes: segments in columns, and the height at a point of the valley side that rises from a
 //! segment.
+//!
+//! To judge the numbers chosen by eye, look for steps at the borders of patches in hillshades.
 
 use super::fields::Fields;
 use super::grain_point::GRAINS;

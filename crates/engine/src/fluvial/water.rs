@@ -1,4 +1,6 @@
 //! Water: cuts beds into the land, and fills in rivers, lakes and the sea.
+//!
+//! To judge the numbers chosen by eye, look at the banks and bars of large rivers, as in `plains`.
 
 use glam::DVec2;
 

@@ -190,6 +190,12 @@ impl Corridor {
         Some(Corridor { at: [0, 1].map(|axis| low[axis] + window.at[axis]), cols, rows, inside })
     }
 
+    /// Returns the coarse nodes of the corridor, row by row.
+    pub fn nodes(&self) -> impl Iterator<Item = PlanNode> {
+        let inside = (0..).zip(&self.inside).filter(|(_, is_inside)| **is_inside);
+        inside.map(|(index, _)| [self.at[0] + index % self.cols, self.at[1] + index / self.cols])
+    }
+
     /// Returns the first fine node that the corridor may be asked about, and the one past the last, along each axis.
     pub fn fine_bounds(&self) -> [PlanNode; 2] {
         let margin = TOUCHED + 1;

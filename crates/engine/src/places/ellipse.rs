@@ -1,4 +1,6 @@
 //! The ellipse around two nodes of the coarse plan that bounds all routes between them.
+//!
+//! To judge the numbers chosen by eye, look at roads of `alps` that go far round a mountain.
 
 use crate::geometry::length;
 use crate::places::plan_land::PlanNode;

@@ -252,9 +252,17 @@ impl Places {
         *self.seats.get(id, || site::seat(&self.settings, self.seed, &self.plans, land, id))
     }
 
+    /// Returns the vertices of all nodes of the coarse plan through which the road between two settlements may go, row
+    /// by row: for whoever wants to see why a road runs where it does. None if there is no such settlement or no route.
+    pub fn corridor(&self, land: &dyn Survey, [from, to]: [SiteId; 2]) -> Vec<[i64; 2]> {
+        let Some((a, b)) = self.seat(land, from.min(to)).zip(self.seat(land, from.max(to))) else { return Vec::new() };
+        let corridor = self.builder(land).corridor(&a, &b);
+        corridor.iter().flat_map(Corridor::nodes).map(|node| self.plans.coarse.scale.vertex(node)).collect()
+    }
+
     /// Returns the uncut road between two neighbours, if there is a route and if the road may touch any of the areas.
     fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat, areas: &[Area]) -> Option<Arc<Line>> {
-        let builder = RoadBuilder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey: land };
+        let builder = self.builder(land);
         let corridor = self.corridors.get((a.id, b.id), || builder.corridor(a, b));
         let corridor = corridor.as_ref().as_ref()?;
         let PlanScale { step, spacing_m, .. } = self.plans.fine.scale;
@@ -268,6 +276,10 @@ impl Places {
             return None;
         }
         self.roads.get((a.id, b.id), || builder.road(a, b, corridor).map(Arc::new)).as_ref().clone()
+    }
+
+    fn builder<'a>(&'a self, survey: &'a dyn Survey) -> RoadBuilder<'a> {
+        RoadBuilder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey }
     }
 
     /// True if the ellipse of a road from a vertex of `a` to one of `b`, widened by the road's effect, may touch any of

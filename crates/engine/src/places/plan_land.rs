@@ -1,5 +1,7 @@
 //! The lattice of nodes on which settlements and roads are planned, fine and coarse, and the land on it, block by
 //! block.
+//!
+//! To judge the numbers chosen by eye, look at the tightest bends of tracks in `alps`.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -23,8 +25,8 @@ pub(super) struct PlanScale {
     /// Vertices from one point of a planned road to the next.
     pub apart: i64,
     /// Vertices from one sample of the land along a planned road to the next.
-    // Twice the distance of the road's points: it takes a quarter of the land, and a profile sees no more of the
-    // gullies anyway.
+    // Twice the distance of the road's points: this takes a quarter of the land, and a profile cannot show the gullies
+    // between the samples anyway.
     pub fine: i64,
     /// Nodes along a side of a site cell.
     pub side: i64,
@@ -141,7 +143,7 @@ pub(super) struct Window {
     heights_m: Vec<f32>,
     /// The water on each node, row by row.
     waters: Vec<WaterKind>,
-    /// The river pieces that touch the rectangle, and some around it, each once, sorted.
+    /// The river pieces that touch the rectangle, and some around it: sorted, without repetition.
     pub rivers: Vec<RiverPiece>,
 }
 

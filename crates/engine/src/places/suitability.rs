@@ -1,5 +1,7 @@
 //! Suitability of a place for a settlement: even and dry ground, near to water and to where waters meet, sheltered and
 //! not too high.
+//!
+//! To judge the numbers chosen by eye, look at the places of settlements, on maps of all presets with places.
 
 use crate::geometry::length;
 use crate::land::WaterKind;

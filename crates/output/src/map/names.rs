@@ -21,8 +21,8 @@ use crate::map::text::{Placed, Quad, Shaped, length, shape};
 use crate::places::site::SiteClass;
 use crate::watch::Watch;
 
-/// Largest extent of all places of a name together, in millimetres of paper. Places of a longer name that would exceed
-/// it are left out.
+/// Largest extent of all places of a name together, in millimetres of paper. Places that would make it larger are left
+/// out.
 const LONGEST_MM: f64 = 30.0;
 
 /// Largest number of places along a river that a repetition of its name may have.
@@ -380,7 +380,7 @@ impl Writer<'_> {
         let parts = self.frame.map(|frame| longest_parts(frame.parts(&river.line), repeat_px));
         let parts = parts.unwrap_or_else(|| vec![river.line.clone()]);
         let spots = parts.iter().map(|part| along_line(part, name.width, repeat_px, smooth_px));
-        // The repetitions of each part are numbered on from those of the part before it.
+        // The numbers of the repetitions go on from one part to the next.
         let spots = spots.scan(0, |before, mut spots| {
             let first = *before;
             for spot in &mut spots {
@@ -424,8 +424,8 @@ impl Writer<'_> {
     }
 }
 
-/// Returns the longest of the parts of a line that a map shows, which has a name if there is room, and all parts so
-/// long that a name is repeated within them.
+/// Returns those of the parts of a line on a map that may have a name: the longest, and all that are so long that the
+/// name is repeated within them.
 fn longest_parts(parts: Vec<Vec<DVec2>>, repeat_px: f64) -> Vec<Vec<DVec2>> {
     let longest = parts.iter().map(|part| length(part)).fold(0.0, f64::max);
     parts.into_iter().filter(|part| length(part) >= longest.min(repeat_px)).collect()

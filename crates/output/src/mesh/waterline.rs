@@ -1,10 +1,9 @@
 //! The lines where water meets land on a tile: the banks of rivers, as smooth as the rivers are, and the shores of
-//! lakes and the sea, where the heights put them.
+//! lakes and the sea, where the land rises above the water.
 //!
 //! A river is known by its centre line and its width, which may be less than a cell: its banks lie between the vertices
-//! of the raster. The shore of standing water crosses the edges of cells where the land rises above the water's level.
-//! Both are as simple as a tolerance allows. Their points on the edge of a tile follow from what both tiles at the edge
-//! know.
+//! of the raster. The shore of standing water crosses the edges of cells. Both lines have as few points as a tolerance
+//! allows. Their points on the edge of a tile follow from what both tiles at the edge know.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
@@ -268,7 +267,7 @@ impl Waterlines {
     fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
         let pieces = self.reaches.around(place).iter();
         let covering = pieces.filter_map(|(_, [from, to])| covering([from, to], place, share, less));
-        // Of equal ones, the first.
+        // Of pieces that cover the place equally well, the first one is taken.
         covering.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, level_m)| level_m)
     }
 
