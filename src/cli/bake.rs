@@ -177,6 +177,14 @@ pub(super) fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console)
     Ok(plan.with_maker(maker))
 }
 
+/// Says that some tiles are baked to see what a bake takes, if they may take long.
+pub(super) fn announce_trial(console: &Console, world: &World) {
+    if console.shows_progress() && world.relief().fluvial().is_some() {
+        // A closed standard error is ignored: there is nowhere else to report it.
+        _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
+    }
+}
+
 /// Returns a sentence about the trouble of a maker of land, if it had any.
 pub(super) fn trouble(maker: &dyn LandMaker) -> Vec<String> {
     let sentence = |trouble| format!("the CPU has made what was left of the land: {trouble}");
@@ -202,10 +210,7 @@ pub(super) fn carry_out(
     console.warnings(&plan.warnings());
     let may_lack_room = || refused.is_ok() && (cost.may_fill(plan, out) || short(&cost).is_err());
     if (options.dry_run && !console.0.quiet) || may_lack_room() {
-        if console.shows_progress() && world.relief().fluvial().is_some() {
-            // A closed standard error is ignored: there is nowhere else to report it.
-            _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
-        }
+        announce_trial(console, world);
         cost = pool.install(|| plan.forecast(cost))?;
     }
     if options.dry_run {

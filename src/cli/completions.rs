@@ -3,7 +3,8 @@
 use clap::{Arg, CommandFactory};
 use clap_complete::Shell;
 
-use crate::cli::args::{Arguments, preset_names};
+use crate::cli::args::{Arguments, built_in_names};
+use crate::preset::Preset;
 
 /// Returns a shell's script that completes the command's options and the names that they take.
 ///
@@ -15,7 +16,7 @@ pub(super) fn script(shell: Shell) -> String {
     let script = String::from_utf8(script).expect("scripts are text");
     match shell {
         Shell::Zsh => {
-            let names = preset_names().join(" ");
+            let names = built_in_names::<Preset>().join(" ");
             let both = format!(
                 "#compdef terrane\n\n_terrane_preset() {{\n    _alternative 'presets:preset:({names})' 'files:file:_files'\n}}\n"
             );

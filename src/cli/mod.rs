@@ -33,9 +33,9 @@ use console::Console;
 
 use crate::error::{Error, clipped};
 use crate::export::Manifest;
-use crate::map::style::{STYLES, Style};
+use crate::map::style::Style;
 use crate::preset::{self, Preset};
-use crate::recipe::source;
+use crate::recipe::source::{self, Recipe};
 use crate::simd::Level;
 use crate::stop;
 use crate::threads::{thread_count, thread_pool};
@@ -96,22 +96,8 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Clean { folder, dry_run } => verify::clean(&folder, dry_run, console),
         Command::Devices => devices::run(console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
-        Command::Presets { name: Some(name) } => {
-            let text = source::built_in::<Preset>(&name)?;
-            console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
-        }
-        Command::Presets { name: None } => preset::BUILT_IN.iter().try_for_each(|(name, text)| {
-            let about = preset::summary(text);
-            console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
-        }),
-        Command::Styles { name: Some(name) } => {
-            let text = source::built_in::<Style>(&name)?;
-            console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
-        }
-        Command::Styles { name: None } => STYLES.iter().try_for_each(|(name, text)| {
-            let about = preset::summary(text);
-            console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
-        }),
+        Command::Presets { name } => print_built_in::<Preset>(name, console),
+        Command::Styles { name } => print_built_in::<Style>(name, console),
         Command::Schema { of } => {
             let schema = match of {
                 Schema::Bake => Manifest::schema().to_value(),
@@ -140,4 +126,16 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             console.message(json!({ "text": text }), &text)
         }
     }
+}
+
+/// Prints a built-in recipe, or the list of all without a name.
+fn print_built_in<R: Recipe>(name: Option<String>, console: &Console) -> Result<(), Error> {
+    if let Some(name) = name {
+        let text = source::built_in::<R>(&name)?;
+        return console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text);
+    }
+    R::BUILT_IN.iter().try_for_each(|(name, text)| {
+        let about = preset::summary(text);
+        console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
+    })
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::bake::Shard;
 use crate::cli::args::{BakeArguments, FolderArguments, Manner, RunOptions, ShardPlanArguments, WriteArguments};
-use crate::cli::bake::requested;
+use crate::cli::bake::{announce_trial, requested};
 use crate::cli::console::Console;
 use crate::cli::jobs::ShardedBake;
 use crate::cli::thread_pool;
@@ -38,6 +38,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let threads = threads.count();
     let (request, out) = requested(&arguments, console)?;
     let plan = request.plan()?;
+    announce_trial(console, plan.world());
     // One trial serves all numbers of shards: a second trial would measure other times.
     let trial = thread_pool(threads)?.install(|| plan.trial())?;
     let shards = match shards {

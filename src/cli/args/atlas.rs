@@ -10,9 +10,6 @@ use super::shared::WorldArguments;
 use super::values::{parse_size, within};
 
 #[derive(Args)]
-#[command(mut_arg("around", |around| around.value_name("X,Y[,KM]|NAME[,KM]")))]
-#[command(mut_arg("at", |at| at.help("North-western tile of the place: tiles east and tiles south of tile 0,0; may be negative")))]
-#[command(mut_arg("size", |size| size.help("Size of the place in tiles [default: 8x8 if there is --at]")))]
 pub struct AtlasArguments {
     #[command(flatten)]
     pub world: WorldArguments,
@@ -24,8 +21,8 @@ pub struct AtlasArguments {
     pub format: Vec<AtlasFormat>,
     #[command(flatten)]
     pub place: PlaceArguments,
-    /// Sheets from west to east and from north to south, around a middle [default: as many as the place takes, or 2x2
-    /// if it has no size].
+    /// Sheets from west to east and from north to south, around a middle, for which --around=X,Y is enough [default: as
+    /// many as cover the region, or 2x2 without one].
     #[arg(long, value_name = "COLSxROWS", help_heading = "Place", value_parser = parse_size)]
     #[arg(conflicts_with_all = ["at", "size", "bounds"])]
     pub sheets: Option<(u64, u64)>,

@@ -48,8 +48,8 @@ pub struct TileArguments {
 }
 
 #[derive(Args)]
-#[command(mut_arg("at", |at| at.help("North-western tile of the larger region [default: the bake's]")))]
-#[command(mut_arg("size", |size| size.help("Size of the larger region in tiles [default: to the bake's far edges]")))]
+#[command(mut_arg("at", |at| at.help("North-western tile of the region, the larger one [default: the bake's]")))]
+#[command(mut_arg("size", |size| size.help("Size of the region in tiles [default: to the bake's far edges]")))]
 pub struct ExtendArguments {
     /// Folder of the bake.
     #[arg(value_name = "DIR")]

@@ -7,7 +7,7 @@ use clap::Args;
 use super::place::PlaceArguments;
 use super::shared::{Manner, WorldArguments};
 use super::values::{parse_kilometres, within};
-use super::{Named, style_names};
+use super::{Named, built_in_names};
 use crate::error::Error;
 use crate::export::Lettering;
 use crate::map::sheet::{Cells, Overlay};
@@ -55,7 +55,7 @@ pub struct MapArguments {
 pub struct StyleArguments {
     /// The style: a built-in one (terrane styles), or a file.
     #[arg(long, value_name = "NAME|FILE", default_value = "topographic")]
-    #[arg(value_parser = Named(style_names), hide_possible_values = true)]
+    #[arg(value_parser = Named(built_in_names::<Style>), hide_possible_values = true)]
     pub style: String,
     /// Set a key of the style, such as relief.sun_deg=300 or contours.interval_m=50; the value is as in TOML. May be
     /// repeated.

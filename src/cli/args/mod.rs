@@ -32,8 +32,9 @@ pub use shard_plan::{Scheduler, ShardPlanArguments};
 pub use shared::{FolderArguments, Manner, MessageOptions, RunOptions, ThreadOptions, WorldArguments};
 pub use walk::WalkArguments;
 
-use crate::map::style::STYLES;
-use crate::preset::BUILT_IN;
+use crate::map::style::Style;
+use crate::preset::Preset;
+use crate::recipe::source::Recipe;
 
 /// Bakes endless procedural terrain, offline, into maps and assets.
 #[derive(Parser)]
@@ -110,13 +111,13 @@ pub enum Command {
     /// List the built-in presets, or print one to start from.
     Presets {
         /// The preset to print.
-        #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+        #[arg(value_parser = Named(built_in_names::<Preset>), hide_possible_values = true)]
         name: Option<String>,
     },
     /// List the built-in styles of maps, or print one to start from.
     Styles {
         /// The style to print.
-        #[arg(value_parser = Named(style_names), hide_possible_values = true)]
+        #[arg(value_parser = Named(built_in_names::<Style>), hide_possible_values = true)]
         name: Option<String>,
     },
     /// Print the JSON schema of a file: of bake.json, or of a preset or a style with all its keys.
@@ -160,11 +161,52 @@ impl TypedValueParser for Named {
     }
 }
 
-/// The names of the built-in presets.
-pub fn preset_names() -> Vec<&'static str> {
-    BUILT_IN.iter().map(|(name, _)| *name).collect()
+/// Returns the names of the built-in recipes of a kind.
+pub fn built_in_names<R: Recipe>() -> Vec<&'static str> {
+    R::BUILT_IN.iter().map(|(name, _)| *name).collect()
 }
 
-fn style_names() -> Vec<&'static str> {
-    STYLES.iter().map(|(name, _)| *name).collect()
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Options that mean something of their own in one command, which is given too.
+    const OTHERS: [(&str, &str); 7] = [
+        // A walk has no region, a map is one file, and a registry is asked for one export.
+        ("walk", "at"),
+        ("map", "out"),
+        ("registry", "export"),
+        // An experiment compares several.
+        ("experiment", "device"),
+        ("experiment", "layers"),
+        ("experiment", "threads"),
+        ("experiment", "workgroup"),
+    ];
+
+    #[test]
+    fn an_option_means_one_thing_in_all_commands() {
+        let mut arguments = Arguments::command();
+        arguments.build();
+        let mut meanings: BTreeMap<String, BTreeMap<_, Vec<&str>>> = BTreeMap::new();
+        for command in arguments.get_subcommands() {
+            for arg in command.get_arguments() {
+                let Some(long) = arg.get_long().filter(|long| !OTHERS.contains(&(command.get_name(), long))) else {
+                    continue;
+                };
+                let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+                // The first words say what is meant; what follows may be about the command.
+                let meant = help.split(['.', ',', ':', ';', '[', '(']).next().unwrap_or_default().trim().to_owned();
+                let names = arg.get_value_names().unwrap_or_default().to_vec();
+                let meaning = (meant, arg.get_short(), names);
+                meanings.entry(long.to_owned()).or_default().entry(meaning).or_default().push(command.get_name());
+            }
+        }
+        assert!(meanings.len() > 70, "{} options", meanings.len());
+        meanings.retain(|_, meanings| meanings.len() > 1);
+        assert!(meanings.is_empty(), "options with more than one meaning: {meanings:#?}");
+    }
 }

@@ -7,20 +7,20 @@ use std::sync::Arc;
 use clap::Args;
 use rayon::ThreadPool;
 
-use super::{Named, preset_names};
+use super::{Named, built_in_names};
 use crate::cli::console::Console;
 use crate::cli::{thread_count, thread_pool};
 use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::export::{Mode, VectorOptions};
-use crate::preset::Sources;
+use crate::preset::{Preset, Sources};
 use crate::world::World;
 
 /// The world that a command works in.
 #[derive(Args)]
 pub struct WorldArguments {
     /// A preset file, the name of a built-in preset (terrane presets), or - for standard input.
-    #[arg(value_parser = Named(preset_names), hide_possible_values = true)]
+    #[arg(value_parser = Named(built_in_names::<Preset>), hide_possible_values = true)]
     pub preset: String,
     /// Seed of the world [default: the preset's].
     #[arg(long, value_name = "N")]

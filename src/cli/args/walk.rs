@@ -39,8 +39,8 @@ pub struct WalkArguments {
     #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
     #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
     pub export: String,
-    /// Name files of tiles after the place of the tile in the region around all, or after its number in the world,
-    /// which is the same in every region.
+    /// Name files of tiles after the place of the tile in the region, which lies around all, or after its number in the
+    /// world.
     #[arg(long, value_name = "region|world", default_value = "world")]
     pub names: TileNames,
     #[command(flatten)]
