@@ -107,8 +107,8 @@ pub(super) const MOST_GULLY_STEP: i64 = 4;
 
 /// Distance within which the survey knows channels, in cells of the finest level that it knows. It is shorter than for
 /// tiles, because all that lies around the planned land is made for the survey alone. With 3 cells, 2 in 100 vertices
-/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000. Surveys without dry brooks differ more in
-/// any case.
+/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000. Without dry brooks this
+/// hardly matters.
 const BROOK_CELLS: i64 = 4;
 const WET_CELLS: i64 = 3;
 
