@@ -1,4 +1,5 @@
-//! What the system itself refuses: files that may grow no more, a disk that is full, too many open files, names that it does not take.
+//! What the system itself refuses: files that may grow no more, a disk that is full, too many open files, names that it
+//! does not take.
 #![cfg(target_os = "linux")]
 
 use std::fs;

@@ -27,8 +27,8 @@ fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
 
 #[test]
 fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
-    // Land with many names, which meet at the borders of sheets, in a style whose names know of no more than they must; and a
-    // village where sheets meet.
+    // Land with many names, which meet at the borders of sheets, in a style whose names know of no more than they must;
+    // and a village where sheets meet.
     let names = "extends = \"atlas\"\n[roads]\ndraw = false";
     let far = (names, Scale { metres_per_pixel: 100.0, pixels_per_mm: 1.0 }, Area::new(-200, -300, 360, 300));
     let near = (
