@@ -15,14 +15,10 @@ use terrane::preset::{Preset, summary};
 use terrane::recipe::source::RecipeSources;
 use terrane::world::World;
 
-/// Returns the world of a preset and seed 3 without its country: these maps must show what lies there.
-fn world(preset: &str) -> Arc<World> {
-    let preset = Preset { country: None, ..Preset::load(preset).unwrap().1 };
+/// Returns the world of alps, seed 3, without its country: the maps must show what lies there.
+fn alps() -> Arc<World> {
+    let preset = Preset { country: None, ..Preset::load("alps").unwrap().1 };
     Chart::world(&preset, Some(3)).unwrap()
-}
-
-fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
-    Chart::of_world(&world(preset), Style::load(style).unwrap(), scale)
 }
 
 #[test]
@@ -133,7 +129,7 @@ fn every_style_draws_as_it_did_and_as_no_other_does() {
     let area = Area::new(200, 300, 320, 240);
     let mut list =
         String::from("# style, and the first 16 digits of the BLAKE3 of its picture beside this list: alps, seed 3\n");
-    let world = world("alps");
+    let world = alps();
     let mut seen = BTreeSet::new();
     for (name, _) in STYLES {
         let pixels = Chart::of_world(&world, Style::load(name).unwrap(), scale).picture(area).pixels(area);
