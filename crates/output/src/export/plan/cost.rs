@@ -1,4 +1,4 @@
-//! The cost of a bake: memory is computed from the plan; disk and time are measured on sample tiles, which are baked
+//! The cost of a bake: memory is bounded by the plan; disk and time are measured on sample tiles, which are baked
 //! and thrown away.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,14 +13,14 @@ use crate::bake::{self, FileRecord, rows_in_flight, shard_store};
 use crate::error::Error;
 use crate::export::folder::free_bytes;
 use crate::export::folder::registry_file;
-use crate::export::formats::format::{FormatCost, folder};
-use crate::export::plan::memory;
+use crate::export::formats::format::folder;
+use crate::export::plan::memory::told;
 use crate::export::{Export, Mode, Output, Plan};
 use crate::file::make_folder;
 use crate::land::Land;
 use crate::memory::Usage;
 use crate::registry;
-use crate::tile::shaped_input;
+use crate::tile::{accumulation_input, shaped_input};
 use crate::watch::Watch;
 
 /// The files that a bake will leave and the resources that it needs.
@@ -28,11 +28,9 @@ use crate::watch::Watch;
 pub struct Cost {
     /// Number of files, the manifest included.
     pub files: u64,
-    threads: usize,
-    /// Bytes of memory besides those that worlds remember, and the number of such worlds.
+    /// Bytes of memory besides those that the world remembers.
     working_bytes: u64,
-    worlds: u64,
-    /// Largest number of bytes that one world remembers.
+    /// Largest number of bytes that the world remembers.
     remembered_bytes: u64,
     /// The forecast from sample tiles, if any were baked.
     pub forecast: Option<Forecast>,
@@ -61,14 +59,16 @@ impl Forecast {
 impl Cost {
     /// Computes the cost of baking a plan on `threads` threads.
     pub(crate) fn new(plan: &Plan, threads: usize) -> Cost {
-        let format = plan.format_cost();
+        let request = plan.request_of_made();
+        let files = plan.exports().iter().map(|export| export.0.files(&request)).fold(0, u64::saturating_add);
         // Two for the manifest and the registry, and the files that a profile adds.
         let written = plan.profile().map_or(0, |profile| profile.written().len() as u64);
-        let files = format.files.saturating_add(2 + written);
+        let files = files.saturating_add(2 + written);
         // The agents of a walk remember only their records.
         let remembered_bytes = plan.walk().map_or_else(|| plan.world().memory_bytes(plan.made().cols()), |_| 0);
-        let working_bytes = working_bytes(plan, &format, files, threads);
-        Cost { files, threads, working_bytes, worlds: 1 + format.worlds, remembered_bytes, forecast: None }
+        // Asked for now, before sample tiles leave something in memory.
+        let working_bytes = told(threads, working_bytes(plan, files, threads), 0);
+        Cost { files, working_bytes, remembered_bytes, forecast: None }
     }
 
     /// Adds a forecast to the cost.
@@ -76,11 +76,11 @@ impl Cost {
         Cost { forecast: Some(forecast), ..self }
     }
 
-    /// Returns the largest number of bytes of memory that may be in use.
+    /// Returns an upper bound for the bytes of memory that may be in use.
     pub fn memory_bytes(&self) -> u64 {
         let of_tiles = self.forecast.as_ref().map_or(u64::MAX, |forecast| forecast.remembered_bytes);
-        let remembered = self.remembered_bytes.min(of_tiles).saturating_mul(self.worlds);
-        memory::told(self.threads, self.working_bytes, remembered)
+        // Twice, as in `told`.
+        self.working_bytes.saturating_add(self.remembered_bytes.min(of_tiles).saturating_mul(2))
     }
 
     /// True if the disk may be too small for the bake, so that sample tiles are worth baking. The limit of 4 KiB for
@@ -95,39 +95,43 @@ impl Cost {
 /// Bytes of a file's entry in the manifest, rounded up: a path, a hash, and some numbers with their names.
 const RECORD_BYTES: u64 = 512;
 
-/// Returns the most memory that the bake of a plan takes, besides the program itself and what worlds remember.
-fn working_bytes(plan: &Plan, format: &FormatCost, files: u64, threads: usize) -> u64 {
-    let (world, region) = (plan.world(), plan.made());
+/// Returns an upper bound for the memory that the bake of a plan takes, besides what the world remembers.
+fn working_bytes(plan: &Plan, files: u64, threads: usize) -> u64 {
+    let (world, region, request) = (plan.world(), plan.made(), plan.request_of_made());
     let tile = region.at().area(region.tile_cells());
-    let [shaped, vertices] = [shaped_input(world, tile), tile].map(|area| area.len() as u64);
-    // Two copies of the land around a tile, the result and its source; and for each vertex of the tile four numbers for
-    // normal and slope, and two words of weights.
-    let land = shaped * 2 * Land::VERTEX_BYTES + vertices * (16 + 8);
-    // Pieces of rows of tiles: one batch waits while the next is made. A shard and a merge also hold pieces in packed
-    // form.
-    let kept = vertices * format.kept_a_vertex;
-    let batch = region.cols().saturating_mul(rows_in_flight(&region, threads)).saturating_mul(kept);
-    let packed = if plan.is_merge() { batch } else { 0 };
-    let packing = if plan.shard().is_some() { 2 * kept } else { 0 };
-    // The tiles around a walker, and as many more as one step past a corner makes: heights, normals, weights, and the
-    // changes made by rivers and roads.
+    let around = shaped_input(world, tile).hull(&accumulation_input(tile)).len() as u64;
+    let vertices = tile.len() as u64;
+    // A thread holds at most 16 numbers of 32 bits for each vertex of the land around its tile (heights and water before
+    // and after a step, shares of its flow), and as many for each vertex of the tile (normals, weights, samples, a file
+    // of them). A mesh has several numbers a vertex, two triangles a cell, and is held as a model and as a file.
+    let is_mesh = plan.exports().iter().any(|export| export.0.options().contains(&"--lod"));
+    let land = around * 64 + vertices * if is_mesh { 320 } else { 64 };
+    // Whoever looks for lakes and coasts holds a square of land.
+    let searched = if world.relief().fluvial().is_some() { SEARCHED.pow(2) * Land::VERTEX_BYTES } else { 0 };
+    // Pieces of rows of tiles: one batch waits while the next is made. A shard packs those of a tile, and a merge holds
+    // a batch in packed form too.
+    let kept = vertices * plan.kept_a_vertex();
+    let batches = if plan.is_merge() { 3 } else { 2 };
+    let waiting = region.cols().saturating_mul(rows_in_flight(&region, threads)).saturating_mul(batches * kept);
+    // The tiles around a walker, with those that one step past a corner makes, and the records of its agents.
     let walking = plan.walk().map_or(0, |walk| {
-        let side = 2 * u64::from(walk.tour().layers) + 1;
-        let records = plan.tiles().saturating_mul(2 * TileRecord::BYTES as u64);
-        (side * side + 2 * side).saturating_mul(shaped * (4 + 16 + 8 + 20)).saturating_add(records)
+        let side = 2 * u64::from(walk.tour().layers) + 2;
+        (side * side * around * 64).saturating_add(plan.tiles().saturating_mul(2 * TileRecord::BYTES as u64))
     });
+    let held = plan.exports().iter().map(|export| export.0.held_bytes(&request, threads));
     let parts = [
-        threads as u64 * (land + packing + format.thread_bytes),
-        batch.saturating_mul(2),
-        packed,
+        threads as u64 * (land + searched + 2 * kept),
+        waiting,
         walking,
-        format.held_bytes,
         // The manifest lists all files, and is made in memory when they are finished.
         files.saturating_mul(RECORD_BYTES),
         plan.maker().host_bytes(threads),
     ];
-    parts.into_iter().fold(0, u64::saturating_add)
+    parts.into_iter().chain(held).fold(0, u64::saturating_add)
 }
+
+/// Side in vertices of the largest square of land in which lakes and coasts are looked for.
+const SEARCHED: u64 = 1024;
 
 /// Safety factor for the forecast of disk: other tiles may take more than the mean of the sample.
 const MARGIN: f64 = 2.0;
@@ -267,7 +271,7 @@ impl Trial {
         let written = plan.profile().map_or(0, |profile| profile.written().len() as u64 * WRITTEN_BYTES);
         let lists = registry_file::bytes(plan, files) + MANIFEST_BYTES + files.saturating_mul(RECORD_BYTES) + written;
         // The pieces of a walk's tiles stay on the disk until the last tile is made.
-        let kept = plan.walk().map_or(0, |_| request.vertices().saturating_mul(plan.format_cost().kept_a_vertex));
+        let kept = plan.walk().map_or(0, |_| request.vertices().saturating_mul(plan.kept_a_vertex()));
         let whole = folders.values().sum::<f64>() as u64;
         Forecast {
             disk_bytes: whole.saturating_add(lists).saturating_add(kept),

@@ -4,14 +4,13 @@
 //! ```text
 //!   options.rs   the user's options for meshes and vectors     measure.rs   the heights of a region
 //!   cost.rs      a plan -> its memory, disk and time           bounds.rs    the limits of a manifest's values
-//!   memory.rs    memory that is announced                      limit.rs     memory that is left
-//!   request.rs   what is asked for -> a plan                    digits.rs    numbers for people
+//!   memory.rs    memory that is announced, and that is left    digits.rs    numbers for people
+//!   request.rs   what is asked for -> a plan
 //! ```
 
 pub(crate) mod bounds;
 pub(crate) mod cost;
 pub(crate) mod digits;
-pub(crate) mod limit;
 pub(crate) mod measure;
 pub(crate) mod memory;
 pub(crate) mod options;
@@ -26,7 +25,7 @@ use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::export::folder::manifest::{Manifest, ShardRecord};
 use crate::export::folder::merge::Shards;
-use crate::export::formats::format::{FormatCost, Lack, Request};
+use crate::export::formats::format::{Lack, Request};
 use crate::export::plan::cost::{Cost, Trial};
 use crate::export::plan::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions};
@@ -401,11 +400,10 @@ impl<'a> Plan<'a> {
         self.request_of_made().vertices()
     }
 
-    /// Returns the cost of the files of all exports.
-    pub(crate) fn format_cost(&self) -> FormatCost {
+    /// Returns the largest number of bytes that the exports keep of each vertex until its row of tiles is written.
+    pub(crate) fn kept_a_vertex(&self) -> u64 {
         let request = self.request_of_made();
-        let costs = self.exports.iter().map(|export| export.0.cost(&request));
-        costs.fold(FormatCost::default(), FormatCost::and)
+        self.exports.iter().map(|export| export.0.kept_a_vertex(&request)).sum()
     }
 
     /// Estimates what the bake will leave and need on `threads` threads, as far as possible without baking sample
