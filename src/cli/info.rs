@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
 
+use humantime::format_rfc3339_seconds;
 use serde_json::{Value, json};
 
 use crate::area::TileId;
@@ -96,20 +98,10 @@ fn text(contents: &Contents) -> String {
     text
 }
 
-/// Formats a Unix time in seconds as ISO 8601, in UTC.
+/// Formats a Unix time in seconds as ISO 8601, in UTC. Its last year is 9999.
 fn date(unix_s: u64) -> String {
-    let (days, second) = ((unix_s / 86_400) as i64, unix_s % 86_400);
-    // Based on: Howard Hinnant, "chrono-compatible low-level date algorithms": years begin in March, so leap days come
-    // last.
-    let shifted = days + 719_468;
-    let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted_month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
-    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
-    let year = year_of_era + era * 400 + i64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", second / 3600, second / 60 % 60, second % 60)
+    const LAST_S: u64 = 253_402_300_799;
+    format_rfc3339_seconds(UNIX_EPOCH + Duration::from_secs(unix_s.min(LAST_S))).to_string()
 }
 
 #[cfg(test)]
@@ -122,5 +114,6 @@ mod tests {
         assert_eq!(date(951_782_399), "2000-02-28T23:59:59Z");
         assert_eq!(date(951_868_800), "2000-03-01T00:00:00Z");
         assert_eq!(date(1_795_651_245), "2026-11-26T00:00:45Z");
+        assert_eq!(date(u64::MAX), "9999-12-31T23:59:59Z");
     }
 }
