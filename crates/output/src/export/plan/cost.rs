@@ -101,9 +101,10 @@ fn working_bytes(plan: &Plan, files: u64, threads: usize) -> u64 {
     let tile = region.at().area(region.tile_cells());
     let around = shaped_input(world, tile).hull(&accumulation_input(tile)).len() as u64;
     let vertices = tile.len() as u64;
-    // A thread holds at most 16 numbers of 32 bits for each vertex of the land around its tile (heights and water before
-    // and after a step, shares of its flow), and as many for each vertex of the tile (normals, weights, samples, a file
-    // of them). A mesh has several numbers a vertex, two triangles a cell, and is held as a model and as a file.
+    // A thread holds at most 16 numbers of 32 bits for each vertex of the land around its tile: heights and water before
+    // and after a step, and shares of its flow. It holds as many for each vertex of the tile: normals, weights, samples
+    // and a file of them. A mesh has 12 numbers a vertex, and 6 for the two triangles of a cell; it is held as surface,
+    // model, buffer and file.
     let is_mesh = plan.exports().iter().any(|export| export.0.options().contains(&"--lod"));
     let land = around * 64 + vertices * if is_mesh { 320 } else { 64 };
     // Whoever looks for lakes and coasts holds a square of land.

@@ -1,5 +1,4 @@
-//! Memory: the bound that is announced for work on worlds (for bakes, maps, and searches), and the limit that the system
-//! sets.
+//! Memory: the bound that is announced for bakes, maps and searches, and the limit that the system sets.
 
 use sysinfo::{Process, ProcessesToUpdate, System, get_current_pid};
 
