@@ -56,26 +56,32 @@ impl Forecast {
     }
 }
 
-impl Cost {
-    /// Computes the cost of baking a plan on `threads` threads.
-    pub(crate) fn new(plan: &Plan, threads: usize) -> Cost {
-        let request = plan.request_of_made();
-        let files = plan.exports().iter().map(|export| export.0.files(&request)).fold(0, u64::saturating_add);
+impl Plan<'_> {
+    /// Estimates what the bake will leave and need on `threads` threads, as far as possible without baking sample
+    /// tiles.
+    pub fn cost(&self, threads: usize) -> Cost {
+        let request = self.request_of_made();
+        let files = self.exports().iter().map(|export| export.0.files(&request)).fold(0, u64::saturating_add);
         // Two for the manifest and the registry, and the files that a profile adds.
-        let written = plan.profile().map_or(0, |profile| profile.written().len() as u64);
+        let written = self.profile().map_or(0, |profile| profile.written().len() as u64);
         let files = files.saturating_add(2 + written);
         // The agents of a walk remember only their records.
-        let remembered_bytes = plan.walk().map_or_else(|| plan.world().memory_bytes(plan.made().cols()), |_| 0);
+        let remembered_bytes = self.walk().map_or_else(|| self.world().memory_bytes(self.made().cols()), |_| 0);
         // Asked for now, before sample tiles leave something in memory.
-        let working_bytes = told(threads, working_bytes(plan, files, threads), 0);
+        let working_bytes = told(threads, working_bytes(self, files, threads), 0);
         Cost { files, working_bytes, remembered_bytes, forecast: None }
     }
 
-    /// Adds a forecast to the cost.
-    pub(crate) fn with(self, forecast: Forecast) -> Cost {
-        Cost { forecast: Some(forecast), ..self }
+    /// Adds a forecast to the cost: sample tiles are baked and thrown away on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// When the sample tiles cannot be baked.
+    pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
+        Ok(Cost { forecast: Some(self.trial()?.forecast(self)), ..cost })
     }
+}
 
+impl Cost {
     /// Returns an upper bound for the bytes of memory that may be in use.
     pub fn memory_bytes(&self) -> u64 {
         let of_tiles = self.forecast.as_ref().map_or(u64::MAX, |forecast| forecast.remembered_bytes);
@@ -196,22 +202,26 @@ const MOST_TILES: u64 = 16;
 /// Number of sample tiles for which exports that take long to finish, such as maps at all scales, are baked too.
 const ENDED: usize = 2;
 
-impl Trial {
-    /// Bakes sample tiles of a plan on the threads of the current rayon pool.
-    pub(crate) fn take(plan: &Plan) -> Result<Trial, Error> {
-        let (tiles, exports, own) = (spread(plan), plan.exports(), plan.vectors().clipped);
-        let request = plan.request_of_made();
-        let grows = |export: &Export| export.0.units(&request).is_some() && plan.shard().is_none();
+impl Plan<'_> {
+    /// Bakes sample tiles and throws them away, on the threads of the current rayon pool. One trial serves all shards
+    /// of the bake.
+    ///
+    /// # Errors
+    /// When the sample tiles cannot be baked.
+    pub fn trial(&self) -> Result<Trial, Error> {
+        let (tiles, exports, own) = (spread(self), self.exports(), self.vectors().clipped);
+        let request = self.request_of_made();
+        let grows = |export: &Export| export.0.units(&request).is_some() && self.shard().is_none();
         let of_tiles: Vec<Export> = exports.iter().copied().filter(|export| !grows(export)).collect();
         let cut: Vec<Export> =
             of_tiles.iter().copied().filter(|export| export.0.options().contains(&"--clip")).collect();
         let bake = |(index, tile): (usize, &TileId)| {
             let exports = if index < ENDED { exports } else { &of_tiles };
-            Baked::of(&plan.of_tile(*tile, own, exports.to_vec())?)
+            Baked::of(&self.of_tile(*tile, own, exports.to_vec())?)
         };
         // The first tile is baked alone, to measure the time of its planning and what the world remembers of it.
         let first = bake((0, &tiles[0]))?;
-        let mut trial = Trial { tiles: tiles.len() as u64, usages: plan.world().usages(), ..Trial::default() };
+        let mut trial = Trial { tiles: tiles.len() as u64, usages: self.world().usages(), ..Trial::default() };
         let others = tiles.par_iter().enumerate().skip(1).map(bake).collect::<Result<Vec<Baked>, Error>>()?;
         let baked: Vec<Baked> = std::iter::once(first).chain(others).collect();
         for one in &baked {
@@ -219,16 +229,16 @@ impl Trial {
         }
         // Bake again with features cut off at the tile's edge: the parts beyond the edge grow with the region's edge,
         // not with its area.
-        if !own && !cut.is_empty() && plan.shard().is_none() {
-            let clipped = tiles.par_iter().map(|tile| Baked::of(&plan.of_tile(*tile, true, cut.clone())?));
+        if !own && !cut.is_empty() && self.shard().is_none() {
+            let clipped = tiles.par_iter().map(|tile| Baked::of(&self.of_tile(*tile, true, cut.clone())?));
             for one in clipped.collect::<Result<Vec<Baked>, Error>>()? {
                 add(&mut trial.clipped, &one.sizes);
             }
         }
-        for export in exports.iter().filter(|_| plan.shard().is_none()) {
-            add(&mut trial.heads, &head(&plan.of_tile(tiles[0], own, vec![*export])?)?);
+        for export in exports.iter().filter(|_| self.shard().is_none()) {
+            add(&mut trial.heads, &head(&self.of_tile(tiles[0], own, vec![*export])?)?);
             for (tile, one) in tiles.iter().zip(&baked).take(ENDED).filter(|_| grows(export)) {
-                let units = export.0.units(&plan.of_tile(*tile, own, Vec::new())?.request()).unwrap_or(0);
+                let units = export.0.units(&self.of_tile(*tile, own, Vec::new())?.request()).unwrap_or(0);
                 let ended = trial.ended.entry(export.name()).or_default();
                 *ended = (ended.0 + units, ended.1 + one.seconds(|stage| stage == format!("finish {export}")));
             }
@@ -239,12 +249,14 @@ impl Trial {
         let seconds = |baked: &[Baked]| baked.iter().map(|one| one.seconds(is_made)).sum::<f64>() / baked.len() as f64;
         trial.at_once = rayon::current_num_threads().min(tiles.len());
         let again =
-            tiles.par_iter().take(trial.at_once).map(|tile| Baked::of(&plan.of_tile(*tile, own, of_tiles.clone())?));
+            tiles.par_iter().take(trial.at_once).map(|tile| Baked::of(&self.of_tile(*tile, own, of_tiles.clone())?));
         trial.making_s = seconds(&again.collect::<Result<Vec<Baked>, Error>>()?);
         trial.planning_s = (seconds(&baked[..1]) - trial.making_s).max(0.0);
         Ok(trial)
     }
+}
 
+impl Trial {
     /// Forecasts a bake of the same world and exports.
     pub fn forecast(&self, plan: &Plan) -> Forecast {
         let (request, region) = (plan.request_of_made(), plan.made());

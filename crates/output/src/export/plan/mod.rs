@@ -2,19 +2,19 @@
 //! written.
 //!
 //! ```text
-//!   options.rs   the user's options for meshes and vectors     measure.rs   the heights of a region
-//!   cost.rs      a plan -> its memory, disk and time           bounds.rs    the limits of a manifest's values
-//!   memory.rs    memory that is announced, and that is left    digits.rs    numbers for people
-//!   request.rs   what is asked for -> a plan
+//!   digits.rs    numbers for people                            options.rs   the user's options for meshes and vectors
+//!   measure.rs   the heights of a region                       request.rs   what is asked for -> a plan
+//!   bounds.rs    the limits of a manifest's values
+//!   memory.rs    memory that is announced, and that is left    cost.rs      a plan -> its memory, disk and time
 //! ```
 
-pub(crate) mod bounds;
-pub(crate) mod cost;
 pub(crate) mod digits;
-pub(crate) mod measure;
-pub(crate) mod memory;
 pub(crate) mod options;
+pub(crate) mod measure;
 pub(crate) mod request;
+pub(crate) mod bounds;
+pub(crate) mod memory;
+pub(crate) mod cost;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -26,7 +26,6 @@ use crate::error::Error;
 use crate::export::folder::manifest::{Manifest, ShardRecord};
 use crate::export::folder::merge::Shards;
 use crate::export::formats::format::{Lack, Request};
-use crate::export::plan::cost::{Cost, Trial};
 use crate::export::plan::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions};
 use crate::mesh::default_origin;
@@ -404,30 +403,6 @@ impl<'a> Plan<'a> {
     pub(crate) fn kept_a_vertex(&self) -> u64 {
         let request = self.request_of_made();
         self.exports.iter().map(|export| export.0.kept_a_vertex(&request)).sum()
-    }
-
-    /// Estimates what the bake will leave and need on `threads` threads, as far as possible without baking sample
-    /// tiles.
-    pub fn cost(&self, threads: usize) -> Cost {
-        Cost::new(self, threads)
-    }
-
-    /// Adds a forecast to the cost: sample tiles are baked and thrown away on the threads of the current rayon pool.
-    ///
-    /// # Errors
-    /// When the sample tiles cannot be baked.
-    pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
-        let forecast = self.trial()?.forecast(self);
-        Ok(cost.with(forecast))
-    }
-
-    /// Bakes sample tiles and throws them away, on the threads of the current rayon pool. One trial serves all shards
-    /// of the bake.
-    ///
-    /// # Errors
-    /// When the sample tiles cannot be baked.
-    pub fn trial(&self) -> Result<Trial, Error> {
-        Trial::take(self)
     }
 
     /// Returns the plan for one tile alone and for some exports, with whole features or with features cut off at the
