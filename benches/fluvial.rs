@@ -39,7 +39,8 @@ fn main() {
         if preset.fluvial.is_none() {
             continue;
         }
-        // Roads ask for channels before the land does, which then finds them made: the land is timed in a world without.
+        // Roads ask for channels before the land does, which then finds them made: the land is timed in a world
+        // without.
         let with_roads = spent(preset.clone());
         preset.places = None;
         let land_alone = spent(preset);

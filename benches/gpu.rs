@@ -1,12 +1,14 @@
-//! Land of noise and tiles of it on every GPU that is there, beside the CPU: vertices a second, and whether the bits are the same.
+//! Land of noise and tiles of it on every GPU that is there, beside the CPU: vertices a second, and whether the bits
+//! are the same.
 //!
 //! `cargo bench --bench gpu`. The kernels alone, in groups of three sizes; all that comes back to the CPU; and the CPU on one thread
 //! and on all.
 //!
-//! How far from the limits of an H200 (132 multiprocessors of 128 lanes at 2 GHz, 4.8 TB/s): the thesis' eight octaves take about 1,400
-//! instructions a vertex, of which a third are the exclusive ors that keep products and sums apart, so 10^10 vertices a second are 43 %
-//! of what it can issue; the 4 bytes that each vertex is written as are 1 % of what its memory takes. Of a tile 28 bytes a vertex come
-//! back: 10^9 vertices a second would be 28 GB/s through the bus and into memory that is cleared first, of which 8 GB/s were reached.
+//! How far from the limits of an H200 (132 multiprocessors of 128 lanes at 2 GHz, 4.8 TB/s): the thesis' eight octaves
+//! take about 1,400 instructions a vertex, of which a third are the exclusive ors that keep products and sums apart, so
+//! 10^10 vertices a second are 43 % of what it can issue; the 4 bytes that each vertex is written as are 1 % of what
+//! its memory takes. Of a tile 28 bytes a vertex come back: 10^9 vertices a second would be 28 GB/s through the bus and
+//! into memory that is cleared first, of which 8 GB/s were reached.
 
 use std::hint::black_box;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Meshes side by side with the method that is published for them: triangles and time, as the tables of docs/speed.md.
 //!
 //! `cargo bench --bench mesh`. One thread. The peer is plain greedy insertion as hmm and delatin do it, made anew below:
-//! Garland & Heckbert's refinement of a Delaunay triangulation from two triangles on, with floats, borders free, and a heap
-//! that knows where each triangle stands. Both get the same heights and the same bound, and take turns.
+//! Garland & Heckbert's refinement of a Delaunay triangulation from two triangles on, with floats, borders free, and a
+//! heap that knows where each triangle stands. Both get the same heights and the same bound, and take turns.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -4,6 +4,7 @@
 
 use std::error::Error;
 use std::fs;
+use std::sync::Arc;
 
 use glam::{DVec2, dvec2};
 use image_webp::{ColorType, WebPEncoder};
@@ -18,7 +19,7 @@ use terrane::map::scale::Scale;
 use terrane::map::style::Style;
 use terrane::map::{Chart, text};
 use terrane::preset::Preset;
-use terrane::tile::{accumulation_input, shaped_input};
+use terrane::tile::shaped_input;
 use terrane::world::World;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform,
@@ -256,13 +257,12 @@ fn tiles() -> Result<(), Box<dyn Error>> {
         far.frame(area, LEVELS[level as usize], &format!("heads of channels of level {level}"));
     }
     far.frame(tile, RED, "the same tile");
-    println!("{:?} {:?}", accumulation_input(tile), shaped);
     save("tiles", &[near, far])
 }
 
 /// Returns the road that winds most among those that run whole from one settlement to another through an area.
-fn winding(world: &World, area: Area) -> Option<std::sync::Arc<Line>> {
-    let whole = |line: &std::sync::Arc<Line>| {
+fn winding(world: &World, area: Area) -> Option<Arc<Line>> {
+    let whole = |line: &Arc<Line>| {
         matches!((line.id, line.end), (LineId::Road { part: 0, .. }, LineEnd::Site(_))) && area.contains(&line.bounds)
     };
     let winds = |line: &Line| {
@@ -311,7 +311,7 @@ fn roads() -> Result<(), Box<dyn Error>> {
 
 /// A label does not depend on the window: two windows of one map, whose common part has the same pixels.
 fn labels() -> Result<(), Box<dyn Error>> {
-    let scale = Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.3 };
+    let scale = Scale { metres_per_pixel: 25.0, pixels_per_mm: 6.0 };
     let chart = Chart::new(&Preset::load("archipelago")?.1, None, Style::load("topographic")?, scale)?;
     let first = Area::new(-100, -100, 430, 330);
     let windows = [first, Area { x0: first.x0 + 150, x1: first.x1 + 150, y0: first.y0 + 70, y1: first.y1 + 70 }];

@@ -129,9 +129,11 @@
 //! # Units and axes
 //!
 //! Metres, x east, y south, height up. A *vertex* is a point of the world's lattice: whole numbers x and y, `spacing_m`
-//! metres apart. A *cell* is the square between four vertices, and a *node* is a vertex of a coarser lattice. Row 0 of every raster is its northern edge. A 16-bit height is `round((h -
-//! min_m) / (max_m - min_m) * 65535)` over the range that the world proves from its preset
-//! ([`world::World::height_range_m`]), never over the heights of one tile, so files of two bakes agree.
+//! metres apart. A *cell* is the square between four vertices, and a *node* is a vertex of a coarser lattice.
+//!
+//! Row 0 of every raster is its northern edge. A 16-bit height is `round((h - min_m) / (max_m - min_m) * 65535)` over
+//! the range that the world proves from its preset ([`world::World::height_range_m`]), never over the heights of one
+//! tile, so files of two bakes agree.
 //!
 //! # Numbers
 //!

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
 
-use jiff::Timestamp;
+use humantime::format_rfc3339_seconds;
 use serde_json::{Value, json};
 
 use crate::area::TileId;
@@ -97,11 +98,10 @@ fn text(contents: &Contents) -> String {
     text
 }
 
-/// Formats a Unix time in seconds as ISO 8601, in UTC.
+/// Formats a Unix time in seconds as ISO 8601, in UTC. Its last year is 9999.
 fn date(unix_s: u64) -> String {
-    // A journal that was tampered with may name a second that no calendar has.
-    let time = i64::try_from(unix_s).ok().and_then(|seconds| Timestamp::from_second(seconds).ok());
-    time.map_or_else(|| format!("second {unix_s}"), |time| time.to_string())
+    const LAST_S: u64 = 253_402_300_799;
+    format_rfc3339_seconds(UNIX_EPOCH + Duration::from_secs(unix_s.min(LAST_S))).to_string()
 }
 
 #[cfg(test)]
@@ -111,7 +111,9 @@ mod tests {
     #[test]
     fn dates_are_those_of_the_calendar() {
         assert_eq!(date(0), "1970-01-01T00:00:00Z");
+        assert_eq!(date(951_782_399), "2000-02-28T23:59:59Z");
+        assert_eq!(date(951_868_800), "2000-03-01T00:00:00Z");
         assert_eq!(date(1_795_651_245), "2026-11-26T00:00:45Z");
-        assert_eq!(date(u64::MAX), "second 18446744073709551615");
+        assert_eq!(date(u64::MAX), "9999-12-31T23:59:59Z");
     }
 }

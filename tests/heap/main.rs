@@ -1,5 +1,5 @@
-//! What a world says that it remembers is what the allocator has handed out for it. A binary of its own, since it counts
-//! all that is allocated.
+//! What a world says that it remembers is what the allocator has handed out for it. A binary of its own, since it
+//! counts all that is allocated.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};

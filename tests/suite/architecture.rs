@@ -1,5 +1,6 @@
 //! The house has one staircase: a module imports only modules that stand above it in lib.rs, and whole crates stand
-//! above others. Its documentation names things, a name of a type has one meaning, and lists of files and words are true.
+//! above others. Its documentation names things, a name of a type has one meaning, and lists of files and words are
+//! true.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,5 +1,5 @@
-//! What a dry run tells is what the bake takes: never less, at most 2.5 times its memory, by the kernel's count of a child process,
-//! and at most 4 times its files.
+//! What a dry run tells is what the bake takes: never less, at most 2.5 times its memory, by the kernel's count of a
+//! child process, and at most 4 times its files.
 
 use std::fs;
 use std::path::Path;
@@ -96,8 +96,8 @@ fn a_dry_run_tells_what_every_export_of_settled_land_takes() {
     check_costs(&[("archipelago", "8x8", &[])]);
 }
 
-/// Fails if a dry run tells less than a bake takes, or more than 2.5 times its memory or 4 times its files. Of each preset, with a size,
-/// the exports are baked one after the other; all of them if none are given.
+/// Fails if a dry run tells less than a bake takes, or more than 2.5 times its memory or 4 times its files. Of each
+/// preset, with a size, the exports are baked one after the other; all of them if none are given.
 #[cfg(target_os = "linux")]
 fn check_costs(bakes: &[(&str, &str, &[&str])]) {
     let mut wrong = Vec::new();

@@ -1,4 +1,5 @@
-//! Rivers, lakes, coasts, peaks, settlements and roads of fluvial worlds: whole, once, the same in every window, and in their right place.
+//! Rivers, lakes, coasts, peaks, settlements and roads of fluvial worlds: whole, once, the same in every window, and in
+//! their right place.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -306,8 +307,9 @@ fn rivers_fall_and_end_in_what_they_say() {
 
 #[test]
 fn rivers_lie_on_the_ground() {
-    // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air; and
-    // where a glacier's valley goes up in a step, at which it was 29; and where a head lies beyond a divide, at which it was 35.
+    // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air;
+    // and where a glacier's valley goes up in a step, at which it was 29; and where a head lies beyond a divide, at
+    // which it was 35.
     let mut count = 0;
     let places = [
         ("highlands", 90210, -608, -3020, 2.0),

@@ -27,8 +27,8 @@ const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3)
 /// The ending of the names of worlds with roads.
 const WITH_PLACES: &str = "-with-places";
 
-/// Presets that are looked at from afar, too, and at which strides: gullies in the mean, brooks, nothing but trunks, and the mean of
-/// these; and noise.
+/// Presets that are looked at from afar, too, and at which strides: gullies in the mean, brooks, nothing but trunks,
+/// and the mean of these; and noise.
 const AFAR: [(&str, u64); 5] = [("alps", 4), ("plains", 16), ("archipelago", 32), ("fjords", 1024), ("mountains", 8)];
 
 /// A preset and those of its tiles whose hashes are in the list.
@@ -119,8 +119,8 @@ fn settlement(preset: &Preset) -> (i64, i64) {
     world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560))[0].at.map(|at| at.div_euclid(48)).into()
 }
 
-/// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset: of
-/// some that with places, which shows all that the bare one does, and the bare one of the others.
+/// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset:
+/// of some that with places, which shows all that the bare one does, and the bare one of the others.
 fn tried(golden: &Golden) -> &[(i64, i64)] {
     let preset = golden.name.trim_end_matches(WITH_PLACES);
     let has_places = preset != golden.name;

@@ -413,7 +413,8 @@ fn splines_stay_near_their_lines_and_in_the_region() {
                     .collect();
                 assert!(spline.knots.iter().all(|knot| is_inside(*knot, 1e-3)), "{name}: {id}");
                 assert!(spline.along_m.is_sorted_by(|a, b| a <= b) && spline.widths_m.iter().all(|width| *width > 0.0));
-                // The curve is near the line, and the line in the part near the curve. Half a millimetre is for the digits.
+                // The curve is near the line, and the line in the part near the curve. Half a millimetre is for the
+                // digits.
                 let nearest = |place: Place, line: &[Place]| {
                     line.windows(2).map(|pair| distance(place, [pair[0], pair[1]])).fold(f64::INFINITY, f64::min)
                 };
@@ -447,7 +448,8 @@ fn splines_stay_near_their_lines_and_in_the_region() {
             }
             assert!(!found.is_empty() && whole > 0, "{name}: {whole} whole {table} of {}", found.len());
             println!("{name}: {} parts of {table}, of whole ones {knots} knots for {points} points", found.len());
-            // Lines with a point a vertex can do with far fewer; of others each bend is a corner that a curve must be held to.
+            // Lines with a point a vertex can do with far fewer; of others each bend is a corner that a curve must be
+            // held to.
             assert!(knots < 2 * points, "{name}: {knots} knots for {points} points of {table}");
         }
         check_json(world, &region, &out);

@@ -156,7 +156,8 @@ fn overlapping_bakes_agree_byte_for_byte() {
     let folder = tempfile::tempdir().unwrap();
     for (name, world) in worlds() {
         let (one, other) = (folder.path().join(format!("{name}-1")), folder.path().join(format!("{name}-2")));
-        // The second is another window, another shape and another number of threads, so tiles are made in another order.
+        // The second is another window, another shape and another number of threads, so tiles are made in another
+        // order.
         let first = tile_files(&bake(world, (-2, -1), (4, 3), 1, &one), &one);
         let second = tile_files(&bake(world, (-1, 0), (2, 5), 3, &other), &other);
         let mut shared = 0;

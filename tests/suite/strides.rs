@@ -1,4 +1,5 @@
-//! Land from afar: the same world at the nodes of a stride, whatever is asked for, and the same from one stride to the next.
+//! Land from afar: the same world at the nodes of a stride, whatever is asked for, and the same from one stride to the
+//! next.
 
 use terrane::area::{Area, Stride, TileId};
 use terrane::clock::Clock;
@@ -116,8 +117,8 @@ fn a_node_is_the_same_in_every_window() {
 
 #[test]
 fn neighbouring_strides_show_the_same_land() {
-    // Of what a stride of 64 shows of its relief, how far two may be apart in the mean, and to one side; the last ones are those
-    // whose nodes are further apart than the trunks.
+    // Of what a stride of 64 shows of its relief, how far two may be apart in the mean, and to one side; the last ones
+    // are those whose nodes are further apart than the trunks.
     for (name, powers, most, bias) in [
         ("alps", 0..7, 0.05, 0.015),
         ("fjords", 0..7, 0.05, 0.015),

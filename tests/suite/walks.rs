@@ -1,4 +1,5 @@
-//! Walks as the command bakes them: the same bytes, the tiles of the walker, agents from tile to tile, and what is refused.
+//! Walks as the command bakes them: the same bytes, the tiles of the walker, agents from tile to tile, and what is
+//! refused.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -27,8 +27,8 @@ pub fn lighten(preset: &mut Preset) {
     }
 }
 
-/// Has a third of the channels planned: the finest are as near to each other as before, and two levels above them are left
-/// out.
+/// Has a third of the channels planned: the finest are as near to each other as before, and two levels above them are
+/// left out.
 pub fn lighten_always(preset: &mut Preset) {
     if let Some(fluvial) = preset.fluvial.as_mut() {
         fluvial.levels -= 2;
@@ -42,8 +42,8 @@ pub fn fluvial_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().filter(|(name, text)| Preset::parse(name, text).unwrap().fluvial.is_some()).map(|(name, _)| *name)
 }
 
-/// The world of a built-in preset's settings and a seed that all tests of the process share. It has no country: tests name a seed for
-/// what they found in its world, whichever country the preset shows.
+/// The world of a built-in preset's settings and a seed that all tests of the process share. It has no country: tests
+/// name a seed for what they found in its world, whichever country the preset shows.
 pub fn shared(name: &'static str, seed: u64) -> &'static World {
     static WORLDS: Mutex<BTreeMap<(&str, u64), &'static World>> = Mutex::new(BTreeMap::new());
     let preset = || Preset { country: None, ..Preset::load(name).unwrap().1 };

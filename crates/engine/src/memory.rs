@@ -172,8 +172,8 @@ impl Budget {
     /// Forgets old generations until enough is free, beginning with those last asked for the longest time ago. If this
     /// does not suffice, makes the young generations old and goes on with them.
     fn forget(&self) {
-        // A thread that finds too much waits for the one that forgets already. Otherwise it would take more and more while that one is
-        // kept from running.
+        // A thread that finds too much waits for the one that forgets already. Otherwise it would take more and more
+        // while that one is kept from running.
         let mut members = self.members.lock().unwrap_or_else(PoisonError::into_inner);
         if self.held.load(Ordering::Relaxed) <= self.bytes {
             return;

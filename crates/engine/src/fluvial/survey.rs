@@ -21,8 +21,8 @@ use crate::memory::{Memory, Remembers, heap_bytes};
 const BLOCK: i64 = 16;
 const GULLY_BLOCK: i64 = 32;
 
-/// Sides in vertices of the squares for which channels are gathered at a time, with and without dry brooks. Without
-/// them there are fewer channels, and these matter further.
+/// Sides in vertices of the squares for which channels are gathered at a time, with and without dry brooks. Without dry
+/// brooks there are fewer channels, which matter at larger distances.
 const PAGE: i64 = 256;
 const WET_PAGE: i64 = 512;
 
@@ -105,9 +105,10 @@ impl RiverPiece {
 /// Largest distance between nodes, in vertices, at which the survey knows of gullies.
 pub(super) const MOST_GULLY_STEP: i64 = 4;
 
-/// Distance in cells of the finest level that is seen within which the survey knows channels. It is shorter than for
+/// Distance within which the survey knows channels, in cells of the finest level that it knows. It is shorter than for
 /// tiles, because all that lies around the planned land is made for the survey alone. With 3 cells, 2 in 100 vertices
-/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000; without dry brooks that matters little.
+/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000. Without dry brooks this
+/// hardly matters.
 const BROOK_CELLS: i64 = 4;
 const WET_CELLS: i64 = 3;
 
@@ -276,8 +277,7 @@ impl Fluvial {
     fn block(&self, sampling: Sampling, area: Area) -> SurveyBlock {
         let Sampling { step, dry_brooks } = sampling;
         let detail = self.surveyed(sampling);
-        // The area of the channels that may reach the block's nodes. The others around a page would be looked at in
-        // vain.
+        // Only channels in this area can reach the block's nodes; a page has many others.
         let around = self.around(area, detail);
         let page_side = if dry_brooks { PAGE } else { WET_PAGE };
         let segments = if sampling.block() * step <= page_side {

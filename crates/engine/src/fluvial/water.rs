@@ -47,8 +47,8 @@ const OUTER_BANK: f32 = 0.6;
 /// valley has cut into the bed.
 const BAR_M: f32 = 0.25;
 
-/// Greatest rise of a bed with the land around it, as a share of its depth: next to nothing, but enough that no two
-/// neighbouring vertices are equally high.
+/// Greatest rise of a bed that follows the land around it, as a share of the bed's depth: next to nothing, but enough
+/// that no two neighbouring vertices are equally high.
 const BED_RISE: f32 = 0.05;
 
 /// Depth of the water where it runs over land as low as its bed, as a share of the river's depth.
@@ -345,8 +345,8 @@ impl<'a> FillWater<'a> {
         if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
-    /// Returns the lake over a valley's floor. At least as deep as the bed of a river that flows in: the bed goes on to
-    /// where the lake is deeper, as a step up at the shore would dam the river.
+    /// Returns the lake over a valley's floor. It is at least as deep as the bed of a river that flows in: a step up at
+    /// the shore would dam the river, so the bed goes on to where the lake is deeper.
     fn lake(&self, index: usize, own: &Segment, floor_m: f32, river_depth_m: f32) -> VertexWater {
         let (surface_m, below_m) = (self.lift.at(own.pool_m) as f32, own.pool_m - floor_m as f64);
         let deepest_m = LAKE_DEPTH as f64 * self.fields.lake_half_width() * self.fields.metres_a_grain();
@@ -433,8 +433,7 @@ impl<'a> FillWater<'a> {
         });
         let own = own.filter(|own| own.distance_m <= self.beds[own.segment].widest_m);
         let metres = self.fields.metres_a_grain();
-        // Of several channels take the one with the lowest floor: at a confluence, the water is that of the river that
-        // goes on.
+        // Of several channels take the one with the lowest floor: at a confluence that is the river that goes on.
         let mut lowest: Option<(f32, NearestChannel)> = None;
         for number in wet {
             let segment = &self.segments.all[number];

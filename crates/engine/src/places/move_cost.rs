@@ -91,7 +91,7 @@ pub(super) fn even_climb_m(standard: &Standard, length_m: f64, rise_m: f64) -> f
     // The length at which making the way longer costs more than the gentler grade saves.
     let even_m = rise_m * STEEP.sqrt() / standard.max_grade;
     match even_m > length_m {
-        // The sum of the other branch, at the length where it is smallest.
+        // The smallest value of the sum in the other branch.
         true => 2.0 * even_m,
         false => length_m + even_m * even_m / length_m,
     }

@@ -92,7 +92,7 @@ pub(super) fn suitability(
         range.beside(near.river_m).max(range.beside(near.shore_m) * sheltered),
         share(near.meet_m / WIDE_M),
         share(1.0 - (height_m - near.lowest_m) / FLOOR_M),
-        // Altitude costs worth from half of the greatest height on.
+        // Above half of the greatest height, each further metre makes a place worth less.
         share(2.0 - 2.0 * height_m / settings.max_height_m.max(1.0)),
     ];
     Some(goods.iter().zip(WEIGHTS).map(|(good, weight)| good * weight).sum())

@@ -46,8 +46,8 @@ impl Tile {
         libm::atanf(self.normals.slope().at(x, y)) * DEGREES
     }
 
-    /// Returns the aspect at a vertex, the direction in which the ground falls: in degrees clockwise from north, 0 up to
-    /// 360. `None` on level ground.
+    /// Returns the aspect at a vertex, the direction in which the ground falls: in degrees clockwise from north, 0 up
+    /// to 360. `None` on level ground.
     ///
     /// # Panics
     /// When the vertex is not one of the tile's.
@@ -129,8 +129,8 @@ impl<'a> TileView<'a> {
         })
     }
 
-    /// Returns the kind of water at a vertex, without the rivers that agents dig. Where the relief has no water, that is
-    /// the sea wherever the land lies below its level.
+    /// Returns the kind of water at a vertex, without the rivers that agents dig. Where the relief has no water, that
+    /// is the sea wherever the land lies below its level.
     ///
     /// # Panics
     /// When the vertex is not one of the tile's.

@@ -90,29 +90,28 @@ impl Chart {
     /// budget.
     pub const REMEMBERED: usize = 2 * terrain::REMEMBERED;
 
-    /// Returns the largest number of bytes of land that a chart remembers for `nodes` nodes a side. Land is remembered
-    /// in patches, which reach beyond the edge.
-    pub fn land_bytes(nodes: [u64; 2]) -> u64 {
+    /// Returns the largest number of bytes that such a [world](Chart::world) and a chart of it remember, for `nodes` nodes
+    /// of land a side. Land is remembered in patches, which reach beyond the edge.
+    pub fn remembered_bytes(world: &World, nodes: [u64; 2]) -> u64 {
+        // The world at all vertices, and the worlds at the nodes of land, of summits and of ranges.
+        let worlds = if world.relief().fluvial().is_some() { 4 } else { 2 };
         let sides = nodes.map(|side| side.saturating_add(2 * u64::from(MapTerrain::TILE_CELLS)));
-        sides[0].saturating_mul(sides[1]).saturating_mul(terrain::NODE_BYTES).min(terrain::REMEMBERED as u64)
+        let land = sides[0].saturating_mul(sides[1]).saturating_mul(terrain::NODE_BYTES);
+        land.saturating_add(worlds * world.memory_bytes(1)).min(Chart::REMEMBERED as u64)
     }
 
     /// Returns the largest number of bytes of memory that a picture of `width` x `height` pixels takes on `threads`
-    /// threads while `rows` rows are held at once, without the memory of worlds; and the number of worlds that have
-    /// memory of their own.
-    pub fn memory(world: &World, scale: Scale, [width, height]: [usize; 2], rows: usize, threads: usize) -> (u64, u64) {
+    /// threads while `rows` rows are held at once: those besides what is remembered, and those that are remembered.
+    pub fn memory(world: &World, scale: Scale, [width, height]: [usize; 2], rows: usize, threads: usize) -> [u64; 2] {
         // Bytes a pixel of a block, with what lies around the block: heights, lights, colours, weights and a canvas.
         const DRAWN_BYTES: u64 = 128;
         // Bytes a pixel of a strip: of the blocks that it is put together from, and of the strip itself.
         const HELD_BYTES: u64 = 8;
         let node = scale.stride(world.preset().spacing_m).vertices() as f64 * world.preset().spacing_m;
         let nodes = [width, height].map(|side| (side as f64 * scale.metres_per_pixel / node) as u64);
-        let block = (BLOCK * BLOCK) as u64 * DRAWN_BYTES;
+        let drawn = threads as u64 * (BLOCK * BLOCK) as u64 * DRAWN_BYTES;
         let held = (width as u64).saturating_mul(rows as u64).saturating_mul(HELD_BYTES);
-        let working = threads as u64 * block + Chart::land_bytes(nodes);
-        // The world at all vertices, and the worlds at the nodes of land, of summits and of ranges.
-        let from_afar = scale.stride(world.preset().spacing_m) != Stride::ONE;
-        (held.saturating_add(working), if from_afar { 3 } else { 1 })
+        [held.saturating_add(drawn), Chart::remembered_bytes(world, nodes)]
     }
 
     /// Creates the chart of the world of a preset, with the preset's own seed unless another is given.

@@ -166,8 +166,8 @@ impl MapTerrain {
         })
     }
 
-    /// Interpolates values at the pixels of an area from values at [its nodes](MapTerrain::nodes). The surface is smooth
-    /// and passes near the nodes, not through them.
+    /// Interpolates values at the pixels of an area from values at [its nodes](MapTerrain::nodes). The surface is
+    /// smooth and passes near the nodes, not through them.
     pub fn at_pixels(&self, nodes: &Grid<f32>, pixels: Area) -> Grid<f32> {
         let area = nodes.area();
         let columns: Vec<BSpline> = (pixels.x0..pixels.x1).map(|x| BSpline::at(x, self.nodes_per_pixel())).collect();

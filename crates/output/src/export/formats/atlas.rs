@@ -75,8 +75,8 @@ impl AtlasFiles {
             let rows = if self.has_document { map.height() } else { Chart::STRIP };
             Chart::memory(world, scale, [map.width(), map.height()], rows, threads)
         };
-        let [(one, worlds), (other, others)] = [of(index_scale, index, 0), of(self.layout.scale(), sheet, threads)];
-        told(threads, one.saturating_add(other), worlds.max(others) * world.memory_bytes(1))
+        let [[one, land], [other, others]] = [of(index_scale, index, 0), of(self.layout.scale(), sheet, threads)];
+        told(threads, one.saturating_add(other), land.saturating_add(others).min(Chart::REMEMBERED as u64))
     }
 
     /// Draws and writes all of a [world](Chart::world), whose land `maker` makes: the index, the sheets and the

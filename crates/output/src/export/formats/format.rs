@@ -7,8 +7,6 @@ use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
 use crate::export::plan::options::{MeshOptions, TileNames, VectorOptions};
-use crate::land::Land;
-use crate::tile::accumulation_input;
 use crate::walker::Walk;
 use crate::world::World;
 
@@ -42,45 +40,6 @@ impl Request<'_> {
         let side = u64::from(self.region.tile_cells()) + 1;
         self.walk.map_or(self.region.vertices(), |walk| walk.tiles().len() as u64 * side * side)
     }
-}
-
-/// Number of files of a format, and the memory that it takes while it is written, besides the tiles themselves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct FormatCost {
-    /// Number of files.
-    pub files: u64,
-    /// Largest number of bytes kept of each vertex until its row of tiles is written. A whole row waits in memory, and
-    /// the next one as well.
-    pub kept_a_vertex: u64,
-    /// Largest number of bytes that a thread takes to draw a tile and to pack its file.
-    pub thread_bytes: u64,
-    /// Largest number of bytes held once, besides those of vertices and threads.
-    pub held_bytes: u64,
-    /// Number of further worlds, each of which remembers as much as the one that is baked.
-    pub worlds: u64,
-}
-
-impl FormatCost {
-    /// Returns the cost of two formats together. A thread makes the files of one after those of the other, so of
-    /// their `thread_bytes` only the larger number counts.
-    pub fn and(self, other: FormatCost) -> FormatCost {
-        FormatCost {
-            files: self.files.saturating_add(other.files),
-            kept_a_vertex: self.kept_a_vertex + other.kept_a_vertex,
-            thread_bytes: self.thread_bytes.max(other.thread_bytes),
-            held_bytes: self.held_bytes.saturating_add(other.held_bytes),
-            worlds: self.worlds + other.worlds,
-        }
-    }
-}
-
-/// Returns the bytes that a thread takes to compute the flow accumulation and the vegetation of a tile. Each vertex of
-/// the land around the tile has height, water, eight flow shares, and the accumulation before a step and after it; each
-/// vertex of the tile has its accumulation and four densities.
-pub(crate) fn accumulation_bytes(region: &Region) -> u64 {
-    let tile = region.at().area(region.tile_cells());
-    let around = accumulation_input(tile).len() as u64;
-    around * (Land::VERTEX_BYTES + 8 * 4 + 2 * 4) + tile.len() as u64 * (4 + 4 * 4)
 }
 
 /// Something that a format shows and a world lacks, in words for an error message.
@@ -159,8 +118,19 @@ pub(crate) trait Format: Sync {
         false
     }
 
-    /// Returns the number of its files, and the memory that they take.
-    fn cost(&self, request: &Request) -> FormatCost;
+    /// Returns the number of its files.
+    fn files(&self, request: &Request) -> u64;
+
+    /// Returns the largest number of bytes kept of each vertex until its row of tiles is written. Default: none.
+    fn kept_a_vertex(&self, _request: &Request) -> u64 {
+        0
+    }
+
+    /// Returns the largest number of bytes of memory, on so many threads, that do not belong to the tiles in work.
+    /// Default: none.
+    fn held_bytes(&self, _request: &Request, _threads: usize) -> u64 {
+        0
+    }
 
     /// Returns the number of units by which its files grow, if these are not tiles. Default: `None`, for files that
     /// grow by tiles.

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request, folder};
+use crate::export::formats::format::{Format, Request, folder};
 use crate::export::formats::locked;
 use crate::file::PartFile;
 use crate::tile::{Tile, TilePart};
@@ -36,8 +36,8 @@ impl Format for Hashes {
         vec![folder(PATH)]
     }
 
-    fn cost(&self, _request: &Request) -> FormatCost {
-        FormatCost { files: 1, ..FormatCost::default() }
+    fn files(&self, _request: &Request) -> u64 {
+        1
     }
 
     fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request, accumulation_bytes};
+use crate::export::formats::format::{Format, Request};
 use crate::export::plan::digits::push_decimal;
 use crate::export::plan::options::TileNames;
 use crate::file::write_whole;
@@ -57,10 +57,12 @@ impl Format for Instances {
         vec![path(region, place, names)]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        let Request { world, region, .. } = request;
-        let text = LINE_BYTES * most_instances(world, region.tile_cells());
-        FormatCost { files: region.tiles(), thread_bytes: accumulation_bytes(region) + text, ..FormatCost::default() }
+    fn files(&self, request: &Request) -> u64 {
+        request.region.tiles()
+    }
+
+    fn held_bytes(&self, request: &Request, threads: usize) -> u64 {
+        threads as u64 * LINE_BYTES * most_instances(request.world, request.region.tile_cells())
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

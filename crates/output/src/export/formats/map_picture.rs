@@ -196,8 +196,8 @@ impl MapPicture {
     /// threads.
     pub fn memory_bytes(&self, world: &World, scale: Scale, (width, height): (usize, usize), threads: usize) -> u64 {
         let rows = if matches!(self.kind, MapFormat::Png | MapFormat::Svg) { Chart::STRIP } else { height };
-        let (working_bytes, worlds) = Chart::memory(world, scale, [width, height], rows, threads);
-        told(threads, working_bytes, worlds * world.memory_bytes(1))
+        let [working_bytes, remembered_bytes] = Chart::memory(world, scale, [width, height], rows, threads);
+        told(threads, working_bytes, remembered_bytes)
     }
 
     /// Checks that the disk has room for these pixels.

@@ -206,7 +206,7 @@ mod tests {
         };
         for export in exports {
             let files: Vec<_> = manifest.files.iter().filter(|file| file.export == export.name()).collect();
-            assert_eq!(files.len() as u64, export.0.cost(&request).files, "{export}");
+            assert_eq!(files.len() as u64, export.0.files(&request), "{export}");
             for path in files.iter().map(|file| &file.path) {
                 assert!(export.0.folders().contains(&folder(path)), "{path}");
             }

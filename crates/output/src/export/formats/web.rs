@@ -14,9 +14,8 @@ use serde::{Deserialize, Serialize};
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request, folder};
+use crate::export::formats::format::{Format, Request, folder};
 use crate::export::formats::locked;
-use crate::export::formats::vector::of_features;
 use crate::features::landforms::{LAKES, PEAKS};
 use crate::features::lines::RIVERS;
 use crate::features::sites::SITES;
@@ -119,29 +118,21 @@ impl Format for WebMap {
         vec![self.name]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        let Ok(pyramid) = pyramid(request.world, &request.region) else { return FormatCost::default() };
+    fn files(&self, _request: &Request) -> u64 {
+        files(self.name).count() as u64
+    }
+
+    fn held_bytes(&self, request: &Request, threads: usize) -> u64 {
+        // For each pixel: RGB of the block, of the parts that it is put together from, and of the layer before; the land
+        // under it twice, at a quarter of the pixels; and the pictures of all layers that wait for the archives.
+        const PIXEL_BYTES: u64 = 32;
+        let Ok(pyramid) = pyramid(request.world, &request.region) else { return 0 };
         // One of the first 64 blocks is as large as any block of the region.
-        let block =
-            pyramid.blocks(pyramid.max_zoom()).take(64).map(|block| block.places.len() as u64).max().unwrap_or(0);
-        let pixels = block * (web::TILE_PX * web::TILE_PX) as u64;
-        let dense = pixels * (DENSE * DENSE) as u64;
-        // For each pixel: RGB of the block, of the parts that it is put together from, and of the layer before; and the
-        // land under the block, three words a node and a height a pixel, twice.
-        const DRAWN_BYTES: u64 = 3 * 3 + 3 + 2 * 4;
-        // Pictures of all layers, plain and dense, and of heights wait until the archives take them. Compression at
-        // least halves them.
-        let waiting = web::BLOCKS_A_THREAD as u64 * (LAYERS.len() as u64 * 3 * (pixels + dense) + 3 * pixels) / 2;
-        let features = of_features(request);
-        FormatCost {
-            files: files(self.name).count() as u64,
-            thread_bytes: features.thread_bytes.max(dense * DRAWN_BYTES + waiting),
-            // At the finest zoom level the land has as many vertices as the bake.
-            held_bytes: features.held_bytes + Chart::land_bytes([request.region.width(), request.region.height()]),
-            // One world of all vertices, and one of the vertices that a zoom level shows.
-            worlds: 2,
-            ..features
-        }
+        let tiles = pyramid.blocks(pyramid.max_zoom()).take(64).map(|block| block.places.len()).max().unwrap_or(0);
+        let pixels = tiles as u64 * (web::TILE_PX * DENSE).pow(2) as u64;
+        // At the finest zoom level the land has as many vertices as the bake.
+        let remembered = Chart::remembered_bytes(request.world, [request.region.width(), request.region.height()]);
+        (threads as u64 * pixels * PIXEL_BYTES).saturating_add(2 * remembered)
     }
 
     fn units(&self, request: &Request) -> Option<u64> {

@@ -1,4 +1,4 @@
-//! The cost of a bake: memory is computed from the plan; disk and time are measured on sample tiles, which are baked
+//! The cost of a bake: memory is bounded by the plan; disk and time are measured on sample tiles, which are baked
 //! and thrown away.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,14 +13,14 @@ use crate::bake::{self, FileRecord, rows_in_flight, shard_store};
 use crate::error::Error;
 use crate::export::folder::free_bytes;
 use crate::export::folder::registry_file;
-use crate::export::formats::format::{FormatCost, folder};
-use crate::export::plan::memory;
+use crate::export::formats::format::folder;
+use crate::export::plan::memory::told;
 use crate::export::{Export, Mode, Output, Plan};
 use crate::file::make_folder;
 use crate::land::Land;
 use crate::memory::Usage;
 use crate::registry;
-use crate::tile::shaped_input;
+use crate::tile::{accumulation_input, shaped_input};
 use crate::watch::Watch;
 
 /// The files that a bake will leave and the resources that it needs.
@@ -28,11 +28,9 @@ use crate::watch::Watch;
 pub struct Cost {
     /// Number of files, the manifest included.
     pub files: u64,
-    threads: usize,
-    /// Bytes of memory besides those that worlds remember, and the number of such worlds.
+    /// Bytes of memory besides those that the world remembers.
     working_bytes: u64,
-    worlds: u64,
-    /// Largest number of bytes that one world remembers.
+    /// Largest number of bytes that the world remembers.
     remembered_bytes: u64,
     /// The forecast from sample tiles, if any were baked.
     pub forecast: Option<Forecast>,
@@ -58,29 +56,37 @@ impl Forecast {
     }
 }
 
-impl Cost {
-    /// Computes the cost of baking a plan on `threads` threads.
-    pub(crate) fn new(plan: &Plan, threads: usize) -> Cost {
-        let format = plan.format_cost();
+impl Plan<'_> {
+    /// Estimates what the bake will leave and need on `threads` threads, as far as possible without baking sample
+    /// tiles.
+    pub fn cost(&self, threads: usize) -> Cost {
+        let request = self.request_of_made();
+        let files = self.exports().iter().map(|export| export.0.files(&request)).fold(0, u64::saturating_add);
         // Two for the manifest and the registry, and the files that a profile adds.
-        let written = plan.profile().map_or(0, |profile| profile.written().len() as u64);
-        let files = format.files.saturating_add(2 + written);
+        let written = self.profile().map_or(0, |profile| profile.written().len() as u64);
+        let files = files.saturating_add(2 + written);
         // The agents of a walk remember only their records.
-        let remembered_bytes = plan.walk().map_or_else(|| plan.world().memory_bytes(plan.made().cols()), |_| 0);
-        let working_bytes = working_bytes(plan, &format, files, threads);
-        Cost { files, threads, working_bytes, worlds: 1 + format.worlds, remembered_bytes, forecast: None }
+        let remembered_bytes = self.walk().map_or_else(|| self.world().memory_bytes(self.made().cols()), |_| 0);
+        // Asked for now, before sample tiles leave something in memory.
+        let working_bytes = told(threads, working_bytes(self, files, threads), 0);
+        Cost { files, working_bytes, remembered_bytes, forecast: None }
     }
 
-    /// Adds a forecast to the cost.
-    pub(crate) fn with(self, forecast: Forecast) -> Cost {
-        Cost { forecast: Some(forecast), ..self }
+    /// Adds a forecast to the cost: sample tiles are baked and thrown away on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// When the sample tiles cannot be baked.
+    pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
+        Ok(Cost { forecast: Some(self.trial()?.forecast(self)), ..cost })
     }
+}
 
-    /// Returns the largest number of bytes of memory that may be in use.
+impl Cost {
+    /// Returns an upper bound for the bytes of memory that may be in use.
     pub fn memory_bytes(&self) -> u64 {
         let of_tiles = self.forecast.as_ref().map_or(u64::MAX, |forecast| forecast.remembered_bytes);
-        let remembered = self.remembered_bytes.min(of_tiles).saturating_mul(self.worlds);
-        memory::told(self.threads, self.working_bytes, remembered)
+        // Twice, as in `told`.
+        self.working_bytes.saturating_add(self.remembered_bytes.min(of_tiles).saturating_mul(2))
     }
 
     /// True if the disk may be too small for the bake, so that sample tiles are worth baking. The limit of 4 KiB for
@@ -95,39 +101,44 @@ impl Cost {
 /// Bytes of a file's entry in the manifest, rounded up: a path, a hash, and some numbers with their names.
 const RECORD_BYTES: u64 = 512;
 
-/// Returns the most memory that the bake of a plan takes, besides the program itself and what worlds remember.
-fn working_bytes(plan: &Plan, format: &FormatCost, files: u64, threads: usize) -> u64 {
-    let (world, region) = (plan.world(), plan.made());
+/// Returns an upper bound for the memory that the bake of a plan takes, besides what the world remembers.
+fn working_bytes(plan: &Plan, files: u64, threads: usize) -> u64 {
+    let (world, region, request) = (plan.world(), plan.made(), plan.request_of_made());
     let tile = region.at().area(region.tile_cells());
-    let [shaped, vertices] = [shaped_input(world, tile), tile].map(|area| area.len() as u64);
-    // Two copies of the land around a tile, the result and its source; and for each vertex of the tile four numbers for
-    // normal and slope, and two words of weights.
-    let land = shaped * 2 * Land::VERTEX_BYTES + vertices * (16 + 8);
-    // Pieces of rows of tiles: one batch waits while the next is made. A shard and a merge also hold pieces in packed
-    // form.
-    let kept = vertices * format.kept_a_vertex;
-    let batch = region.cols().saturating_mul(rows_in_flight(&region, threads)).saturating_mul(kept);
-    let packed = if plan.is_merge() { batch } else { 0 };
-    let packing = if plan.shard().is_some() { 2 * kept } else { 0 };
-    // The tiles around a walker, and as many more as one step past a corner makes: heights, normals, weights, and the
-    // changes made by rivers and roads.
+    let around = shaped_input(world, tile).hull(&accumulation_input(tile)).len() as u64;
+    let vertices = tile.len() as u64;
+    // A thread holds at most 16 numbers of 32 bits for each vertex of the land around its tile: heights and water before
+    // and after a step, and shares of its flow. It holds as many for each vertex of the tile: normals, weights, samples
+    // and a file of them. A mesh has 12 numbers a vertex, and 6 for the two triangles of a cell; it is held as surface,
+    // model, buffer and file.
+    let is_mesh = plan.exports().iter().any(|export| export.0.options().contains(&"--lod"));
+    let land = around * 64 + vertices * if is_mesh { 320 } else { 64 };
+    // Whoever looks for lakes and coasts holds a square of land.
+    let searched = if world.relief().fluvial().is_some() { SEARCHED.pow(2) * Land::VERTEX_BYTES } else { 0 };
+    // Pieces of rows of tiles: one batch waits while the next is made. A shard packs those of a tile, and a merge holds
+    // a batch in packed form too.
+    let kept = vertices * plan.kept_a_vertex();
+    let batches = if plan.is_merge() { 3 } else { 2 };
+    let waiting = region.cols().saturating_mul(rows_in_flight(&region, threads)).saturating_mul(batches * kept);
+    // The tiles around a walker, with those that one step past a corner makes, and the records of its agents.
     let walking = plan.walk().map_or(0, |walk| {
-        let side = 2 * u64::from(walk.tour().layers) + 1;
-        let records = plan.tiles().saturating_mul(2 * TileRecord::BYTES as u64);
-        (side * side + 2 * side).saturating_mul(shaped * (4 + 16 + 8 + 20)).saturating_add(records)
+        let side = 2 * u64::from(walk.tour().layers) + 2;
+        (side * side * around * 64).saturating_add(plan.tiles().saturating_mul(2 * TileRecord::BYTES as u64))
     });
+    let held = plan.exports().iter().map(|export| export.0.held_bytes(&request, threads));
     let parts = [
-        threads as u64 * (land + packing + format.thread_bytes),
-        batch.saturating_mul(2),
-        packed,
+        threads as u64 * (land + searched + 2 * kept),
+        waiting,
         walking,
-        format.held_bytes,
         // The manifest lists all files, and is made in memory when they are finished.
         files.saturating_mul(RECORD_BYTES),
         plan.maker().host_bytes(threads),
     ];
-    parts.into_iter().fold(0, u64::saturating_add)
+    parts.into_iter().chain(held).fold(0, u64::saturating_add)
 }
+
+/// Side in vertices of the largest square of land in which lakes and coasts are looked for.
+const SEARCHED: u64 = 1024;
 
 /// Safety factor for the forecast of disk: other tiles may take more than the mean of the sample.
 const MARGIN: f64 = 2.0;
@@ -191,22 +202,26 @@ const MOST_TILES: u64 = 16;
 /// Number of sample tiles for which exports that take long to finish, such as maps at all scales, are baked too.
 const ENDED: usize = 2;
 
-impl Trial {
-    /// Bakes sample tiles of a plan on the threads of the current rayon pool.
-    pub(crate) fn take(plan: &Plan) -> Result<Trial, Error> {
-        let (tiles, exports, own) = (spread(plan), plan.exports(), plan.vectors().clipped);
-        let request = plan.request_of_made();
-        let grows = |export: &Export| export.0.units(&request).is_some() && plan.shard().is_none();
+impl Plan<'_> {
+    /// Bakes sample tiles and throws them away, on the threads of the current rayon pool. One trial serves all shards
+    /// of the bake.
+    ///
+    /// # Errors
+    /// When the sample tiles cannot be baked.
+    pub fn trial(&self) -> Result<Trial, Error> {
+        let (tiles, exports, own) = (spread(self), self.exports(), self.vectors().clipped);
+        let request = self.request_of_made();
+        let grows = |export: &Export| export.0.units(&request).is_some() && self.shard().is_none();
         let of_tiles: Vec<Export> = exports.iter().copied().filter(|export| !grows(export)).collect();
         let cut: Vec<Export> =
             of_tiles.iter().copied().filter(|export| export.0.options().contains(&"--clip")).collect();
         let bake = |(index, tile): (usize, &TileId)| {
             let exports = if index < ENDED { exports } else { &of_tiles };
-            Baked::of(&plan.of_tile(*tile, own, exports.to_vec())?)
+            Baked::of(&self.of_tile(*tile, own, exports.to_vec())?)
         };
         // The first tile is baked alone, to measure the time of its planning and what the world remembers of it.
         let first = bake((0, &tiles[0]))?;
-        let mut trial = Trial { tiles: tiles.len() as u64, usages: plan.world().usages(), ..Trial::default() };
+        let mut trial = Trial { tiles: tiles.len() as u64, usages: self.world().usages(), ..Trial::default() };
         let others = tiles.par_iter().enumerate().skip(1).map(bake).collect::<Result<Vec<Baked>, Error>>()?;
         let baked: Vec<Baked> = std::iter::once(first).chain(others).collect();
         for one in &baked {
@@ -214,16 +229,16 @@ impl Trial {
         }
         // Bake again with features cut off at the tile's edge: the parts beyond the edge grow with the region's edge,
         // not with its area.
-        if !own && !cut.is_empty() && plan.shard().is_none() {
-            let clipped = tiles.par_iter().map(|tile| Baked::of(&plan.of_tile(*tile, true, cut.clone())?));
+        if !own && !cut.is_empty() && self.shard().is_none() {
+            let clipped = tiles.par_iter().map(|tile| Baked::of(&self.of_tile(*tile, true, cut.clone())?));
             for one in clipped.collect::<Result<Vec<Baked>, Error>>()? {
                 add(&mut trial.clipped, &one.sizes);
             }
         }
-        for export in exports.iter().filter(|_| plan.shard().is_none()) {
-            add(&mut trial.heads, &head(&plan.of_tile(tiles[0], own, vec![*export])?)?);
+        for export in exports.iter().filter(|_| self.shard().is_none()) {
+            add(&mut trial.heads, &head(&self.of_tile(tiles[0], own, vec![*export])?)?);
             for (tile, one) in tiles.iter().zip(&baked).take(ENDED).filter(|_| grows(export)) {
-                let units = export.0.units(&plan.of_tile(*tile, own, Vec::new())?.request()).unwrap_or(0);
+                let units = export.0.units(&self.of_tile(*tile, own, Vec::new())?.request()).unwrap_or(0);
                 let ended = trial.ended.entry(export.name()).or_default();
                 *ended = (ended.0 + units, ended.1 + one.seconds(|stage| stage == format!("finish {export}")));
             }
@@ -234,12 +249,14 @@ impl Trial {
         let seconds = |baked: &[Baked]| baked.iter().map(|one| one.seconds(is_made)).sum::<f64>() / baked.len() as f64;
         trial.at_once = rayon::current_num_threads().min(tiles.len());
         let again =
-            tiles.par_iter().take(trial.at_once).map(|tile| Baked::of(&plan.of_tile(*tile, own, of_tiles.clone())?));
+            tiles.par_iter().take(trial.at_once).map(|tile| Baked::of(&self.of_tile(*tile, own, of_tiles.clone())?));
         trial.making_s = seconds(&again.collect::<Result<Vec<Baked>, Error>>()?);
         trial.planning_s = (seconds(&baked[..1]) - trial.making_s).max(0.0);
         Ok(trial)
     }
+}
 
+impl Trial {
     /// Forecasts a bake of the same world and exports.
     pub fn forecast(&self, plan: &Plan) -> Forecast {
         let (request, region) = (plan.request_of_made(), plan.made());
@@ -267,7 +284,7 @@ impl Trial {
         let written = plan.profile().map_or(0, |profile| profile.written().len() as u64 * WRITTEN_BYTES);
         let lists = registry_file::bytes(plan, files) + MANIFEST_BYTES + files.saturating_mul(RECORD_BYTES) + written;
         // The pieces of a walk's tiles stay on the disk until the last tile is made.
-        let kept = plan.walk().map_or(0, |_| request.vertices().saturating_mul(plan.format_cost().kept_a_vertex));
+        let kept = plan.walk().map_or(0, |_| request.vertices().saturating_mul(plan.kept_a_vertex()));
         let whole = folders.values().sum::<f64>() as u64;
         Forecast {
             disk_bytes: whole.saturating_add(lists).saturating_add(kept),

@@ -2,20 +2,19 @@
 //! written.
 //!
 //! ```text
-//!   options.rs   the user's options for meshes and vectors     measure.rs   the heights of a region
-//!   cost.rs      a plan -> its memory, disk and time           bounds.rs    the limits of a manifest's values
-//!   memory.rs    memory that is announced                      limit.rs     memory that is left
-//!   request.rs   what is asked for -> a plan                    digits.rs    numbers for people
+//!   digits.rs    numbers for people                            options.rs   the user's options for meshes and vectors
+//!   measure.rs   the heights of a region                       request.rs   what is asked for -> a plan
+//!   bounds.rs    the limits of a manifest's values
+//!   memory.rs    memory that is announced, and that is left    cost.rs      a plan -> its memory, disk and time
 //! ```
 
-pub(crate) mod bounds;
-pub(crate) mod cost;
 pub(crate) mod digits;
-pub(crate) mod limit;
-pub(crate) mod measure;
-pub(crate) mod memory;
 pub(crate) mod options;
+pub(crate) mod measure;
 pub(crate) mod request;
+pub(crate) mod bounds;
+pub(crate) mod memory;
+pub(crate) mod cost;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -26,8 +25,7 @@ use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::export::folder::manifest::{Manifest, ShardRecord};
 use crate::export::folder::merge::Shards;
-use crate::export::formats::format::{FormatCost, Lack, Request};
-use crate::export::plan::cost::{Cost, Trial};
+use crate::export::formats::format::{Lack, Request};
 use crate::export::plan::digits::{noise_m, shortest};
 use crate::export::{Export, MeshOptions, Profile, TileNames, VectorOptions};
 use crate::mesh::default_origin;
@@ -401,35 +399,10 @@ impl<'a> Plan<'a> {
         self.request_of_made().vertices()
     }
 
-    /// Returns the cost of the files of all exports.
-    pub(crate) fn format_cost(&self) -> FormatCost {
+    /// Returns the largest number of bytes that the exports keep of each vertex until its row of tiles is written.
+    pub(crate) fn kept_a_vertex(&self) -> u64 {
         let request = self.request_of_made();
-        let costs = self.exports.iter().map(|export| export.0.cost(&request));
-        costs.fold(FormatCost::default(), FormatCost::and)
-    }
-
-    /// Estimates what the bake will leave and need on `threads` threads, as far as possible without baking sample
-    /// tiles.
-    pub fn cost(&self, threads: usize) -> Cost {
-        Cost::new(self, threads)
-    }
-
-    /// Adds a forecast to the cost: sample tiles are baked and thrown away on the threads of the current rayon pool.
-    ///
-    /// # Errors
-    /// When the sample tiles cannot be baked.
-    pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
-        let forecast = self.trial()?.forecast(self);
-        Ok(cost.with(forecast))
-    }
-
-    /// Bakes sample tiles and throws them away, on the threads of the current rayon pool. One trial serves all shards
-    /// of the bake.
-    ///
-    /// # Errors
-    /// When the sample tiles cannot be baked.
-    pub fn trial(&self) -> Result<Trial, Error> {
-        Trial::take(self)
+        self.exports.iter().map(|export| export.0.kept_a_vertex(&request)).sum()
     }
 
     /// Returns the plan for one tile alone and for some exports, with whole features or with features cut off at the

@@ -11,12 +11,12 @@ use gltf_json::scene::{Node, Scene};
 use super::glb::{COMPRESSION, Glb, QUANTIZATION};
 use super::gltf::node;
 use super::model::Modeller;
+use super::part_name;
 use super::values::{of_ribbons, positions_of_land};
-use super::{cost, part_name};
 use crate::area::Place;
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request};
+use crate::export::formats::format::{Format, Request};
 use crate::export::plan::options::{Lods, MeshOptions, TileNames};
 use crate::file::write_whole;
 use crate::mesh::RibbonKind;
@@ -49,10 +49,8 @@ impl Format for Collision {
         vec![FOLDER]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        let cells = u64::from(request.region.tile_cells());
-        let bytes = (cells + 1).pow(2) * 12 + 2 * cells.pow(2) * 12 + (1 << 18);
-        cost(bytes, request.region.tiles())
+    fn files(&self, request: &Request) -> u64 {
+        request.region.tiles()
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

@@ -21,11 +21,11 @@ use super::model::{Model, Modeller, Substance, by_substance, substance_of_water}
 use super::region::{RegionFile, TileNumbers};
 use super::relative_normals::relative_normals;
 use super::values::{of_land, of_ribbons, of_sheet};
-use super::{FOLDER, cost, part_name, tile_path};
+use super::{FOLDER, part_name, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink, frames};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request};
+use crate::export::formats::format::{Format, Request};
 use crate::export::formats::locked;
 use crate::export::formats::raster::painter::Painter;
 use crate::export::formats::raster::quantity::{COLOUR, COVER_WEIGHTS, GROUND_WEIGHTS};
@@ -98,15 +98,16 @@ impl Format for Gltf {
         vec![FOLDER]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        let (lods, region) = (request.meshes.lods.all().len() as u64, &request.region);
+    fn files(&self, request: &Request) -> u64 {
+        let lods = request.meshes.lods.all().len() as u64;
+        if self.whole { lods } else { lods.saturating_mul(request.region.tiles() + 1) }
+    }
+
+    fn kept_a_vertex(&self, request: &Request) -> u64 {
+        let lods = request.meshes.lods.all().len() as u64;
+        let vertices = (u64::from(request.region.tile_cells()) + 1).pow(2);
         // Waters and roads have few triangles compared with the land.
-        let bytes = Gltf::land_bytes(region);
-        if self.whole {
-            let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
-            return FormatCost { kept_a_vertex: lods * bytes.div_ceil(vertices), ..cost(bytes, lods) };
-        }
-        cost(bytes, lods.saturating_mul(region.tiles() + 1))
+        if self.whole { lods * Gltf::land_bytes(&request.region).div_ceil(vertices) } else { 0 }
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {

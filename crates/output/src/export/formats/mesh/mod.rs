@@ -25,7 +25,6 @@ pub(super) use gltf::{GLTF, GLTF_REGION};
 pub(super) use obj::{OBJ, OBJ_TILES};
 
 use crate::area::TileId;
-use crate::export::formats::format::FormatCost;
 use crate::export::plan::options::Lods;
 
 /// Folder of meshes within that of the bake.
@@ -52,9 +51,4 @@ fn part_name(part: &str, TileId { x, y }: TileId, lod: u32, lods: &Lods) -> Stri
 /// Returns the suffix of a level of detail. LOD 0 has none.
 fn level(lod: u32) -> String {
     if lod == 0 { String::new() } else { format!("_lod{lod}") }
-}
-
-/// Returns the cost of meshes with `bytes` bytes a tile: a thread holds the mesh, and its file.
-fn cost(bytes: u64, files: u64) -> FormatCost {
-    FormatCost { files, thread_bytes: 2 * bytes, ..FormatCost::default() }
 }

@@ -11,11 +11,11 @@ use std::sync::Mutex;
 
 use super::model::{Model, Modeller, SUBSTANCES, Substance, by_substance, substance_of_water};
 use super::relative_normals::normal_at;
-use super::{FOLDER, cost, part_name, region_path, tile_path};
-use crate::area::{Place, Region};
+use super::{FOLDER, part_name, region_path, tile_path};
+use crate::area::Place;
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request, file_name};
+use crate::export::formats::format::{Format, Request, file_name};
 use crate::export::formats::locked;
 use crate::export::plan::options::TileNames;
 use crate::file::{PartFile, write_whole};
@@ -67,23 +67,14 @@ impl Format for Obj {
         vec![FOLDER]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
+    fn files(&self, request: &Request) -> u64 {
         let models = if self.tiles { request.region.tiles() } else { 1 };
-        let files = models.saturating_mul(2 * request.meshes.lods.all().len() as u64);
-        cost(bytes_at_most(&request.region), files)
+        models.saturating_mul(2 * request.meshes.lods.all().len() as u64)
     }
 
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         Ok(vec![Box::new(ObjSink::create(self, request, out)?)])
     }
-}
-
-/// Returns the most bytes of a tile's text.
-fn bytes_at_most(region: &Region) -> u64 {
-    let cells = u64::from(region.tile_cells());
-    // For land and again for water: a vertex takes three lines of numbers, and a cell two triangles of nine numbers
-    // each.
-    (cells + 1).pow(2) * 2 * 140 + 4 * cells.pow(2) * 9 * 12 + (1 << 20)
 }
 
 /// Writes OBJ files.

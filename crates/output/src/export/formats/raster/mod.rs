@@ -29,11 +29,11 @@ use std::path::Path;
 use crate::area::{Place, Region};
 use crate::bake::Sink;
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Lack, Request, accumulation_bytes, file_name, folder};
+use crate::export::formats::format::{Format, Lack, Request, file_name, folder};
 use crate::export::formats::raster::cog::CogWriter;
 use crate::export::formats::raster::image::{Image, Sidecar};
 use crate::export::formats::raster::product::NAMED;
-use crate::export::formats::raster::quantity::{MAP, Paint, Quantity};
+use crate::export::formats::raster::quantity::{MAP, Quantity};
 use crate::export::formats::raster::sinks::{RegionRaster, TileRasters};
 use crate::export::formats::raster::writer::{Encoding, RasterWriter};
 use crate::export::plan::options::TileNames;
@@ -96,34 +96,7 @@ impl Rasters {
         // The table of products lists an image once for the region and for its tiles, so the flags are set here.
         self.images.iter().map(|image| Image { tiles: self.tiles, placed: self.placed, ..*image })
     }
-
-    fn cost_of(image: &Image, request: &Request) -> FormatCost {
-        let region = &request.region;
-        let bytes = image.quantity.sample.bytes() as u64;
-        let vertices = (u64::from(region.tile_cells()) + 1).pow(2);
-        let drawn = if matches!(image.quantity.paint, Paint::Map) { vertices * DRAWN_BYTES } else { 0 };
-        // The tile keeps its flow accumulation while its files are made.
-        let drained = if image.quantity.is_of_accumulation() { accumulation_bytes(region) } else { 0 };
-        let count = if image.tiles { request.tiles() } else { 1 };
-        FormatCost {
-            files: count.saturating_mul(1 + image.beside().len() as u64),
-            // Samples of a region's raster are kept until the whole row of tiles is there. A tile's raster is written
-            // at once, by the thread that made the tile.
-            kept_a_vertex: if image.tiles { 0 } else { bytes },
-            // The samples, and their encoded copy.
-            thread_bytes: drawn + drained + 2 * vertices * bytes * image.encoding.copies(),
-            held_bytes: match image.encoding {
-                Encoding::GeoTiff => CogWriter::held_bytes(image.size(region).0, image.quantity.sample),
-                _ => 0,
-            },
-            worlds: 0,
-        }
-    }
 }
-
-/// Bytes of memory per vertex for drawing the map of a tile: a 32-bit pixel, four planes of ground cover, a canvas, and
-/// the RGB result.
-const DRAWN_BYTES: u64 = 4 + 4 * 4 + 4 + 3;
 
 impl Format for Rasters {
     fn name(&self) -> &'static str {
@@ -191,10 +164,24 @@ impl Format for Rasters {
         files.collect()
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        self.images_of(request)
-            .map(|image| Rasters::cost_of(&image, request))
-            .fold(FormatCost::default(), FormatCost::and)
+    fn files(&self, request: &Request) -> u64 {
+        let files_of = |image: Image| {
+            let count = if image.tiles { request.tiles() } else { 1 };
+            count.saturating_mul(1 + image.beside().len() as u64)
+        };
+        self.images_of(request).map(files_of).fold(0, u64::saturating_add)
+    }
+
+    fn kept_a_vertex(&self, request: &Request) -> u64 {
+        // A tile's raster is written at once, by the thread that made the tile.
+        let images = self.images_of(request).filter(|image| !image.tiles);
+        images.map(|image| image.quantity.sample.bytes() as u64).sum()
+    }
+
+    fn held_bytes(&self, request: &Request, _threads: usize) -> u64 {
+        let blocks = self.images().filter(|image| image.encoding == Encoding::GeoTiff && !image.tiles);
+        let held = blocks.map(|image| CogWriter::held_bytes(image.size(&request.region).0, image.quantity.sample));
+        held.fold(0, u64::saturating_add)
     }
 
     fn blank_pieces(&self, request: &Request) -> Option<Vec<Vec<u8>>> {

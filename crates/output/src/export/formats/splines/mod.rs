@@ -30,9 +30,9 @@ use serde_json::json;
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request};
+use crate::export::formats::format::{Format, Request};
 use crate::export::formats::locked;
-use crate::export::formats::vector::{FeatureStore, around, of_features};
+use crate::export::formats::vector::{FeatureStore, around};
 use crate::export::plan::digits::{push_decimal, shortest};
 use crate::features::Value;
 use crate::features::layer::GeometryType;
@@ -75,8 +75,8 @@ impl Format for Splines {
         &["--mesh-origin"]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        FormatCost { files: 4, ..of_features(request) }
+    fn files(&self, _request: &Request) -> u64 {
+        4
     }
 
     fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {

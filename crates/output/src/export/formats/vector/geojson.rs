@@ -13,10 +13,10 @@ use std::sync::Mutex;
 use crate::area::Place;
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request};
+use crate::export::formats::format::{Format, Request};
 use crate::export::formats::locked;
 use crate::export::formats::vector::contours;
-use crate::export::formats::vector::cost;
+use crate::export::formats::vector::kept_a_vertex;
 use crate::export::formats::vector::vectors::Vectors;
 use crate::features::layer::{Geometry, GeometryType, Head};
 use crate::features::{Row, Value, layers};
@@ -68,8 +68,12 @@ impl Format for GeoJson {
         vec![FOLDER]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        cost(request, layers(request.world).len() as u64 + 1)
+    fn files(&self, request: &Request) -> u64 {
+        layers(request.world).len() as u64 + 1
+    }
+
+    fn kept_a_vertex(&self, request: &Request) -> u64 {
+        kept_a_vertex(request)
     }
 
     fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {

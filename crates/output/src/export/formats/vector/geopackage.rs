@@ -12,10 +12,10 @@ use rusqlite::{Connection, ToSql, params, params_from_iter};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
 use crate::error::Error;
-use crate::export::formats::format::{Format, FormatCost, Request, folder};
+use crate::export::formats::format::{Format, Request, folder};
 use crate::export::formats::georeference::Plane;
 use crate::export::formats::vector::clip::Envelope;
-use crate::export::formats::vector::cost;
+use crate::export::formats::vector::kept_a_vertex;
 use crate::export::formats::vector::store::{footprint, kept};
 use crate::export::formats::vector::vectors::Vectors;
 use crate::export::formats::vector::{contours, style};
@@ -129,8 +129,12 @@ impl Format for GeoPackage {
         vec![folder(project::PATH), folder(PATH)]
     }
 
-    fn cost(&self, request: &Request) -> FormatCost {
-        cost(request, 2)
+    fn files(&self, _request: &Request) -> u64 {
+        2
+    }
+
+    fn kept_a_vertex(&self, request: &Request) -> u64 {
+        kept_a_vertex(request)
     }
 
     fn blank_pieces(&self, _request: &Request) -> Option<Vec<Vec<u8>>> {

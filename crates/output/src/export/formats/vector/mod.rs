@@ -23,31 +23,20 @@ pub(super) use geopackage::{GeoPackage, PATH as GEOPACKAGE};
 pub(super) use store::{FeatureStore, around};
 pub(super) use style::LayerStyle;
 
-use crate::export::formats::format::{FormatCost, Request};
+use crate::export::formats::format::Request;
 use crate::features::layer::GeometryType;
 use crate::features::layers;
-use crate::land::Land;
 use crate::world::World;
 
-/// Returns the cost of finding features. A thread holds the land around a lake or, in a world with a sea, around a cell
-/// of the coast, a square of 1024 vertices with their water. Files that are databases hold some of their pages.
-pub(super) fn of_features(request: &Request) -> FormatCost {
-    const PAGES: u64 = 4 << 20;
-    let side: u64 = if request.world.preset().sea_level_m.is_some() { 1024 } else { 256 };
-    let land = side * side * Land::VERTEX_BYTES;
-    let thread_bytes = if request.world.relief().fluvial().is_some() { land } else { 0 };
-    FormatCost { thread_bytes, held_bytes: PAGES, ..FormatCost::default() }
-}
-
-/// Returns the cost of features and contours in `files` files.
-fn cost(request: &Request, files: u64) -> FormatCost {
+/// Returns the largest number of bytes of features and contours that are kept of a vertex.
+fn kept_a_vertex(request: &Request) -> u64 {
     const POINT_BYTES: f64 = 16.0;
     let Request { world, vectors, .. } = request;
     // A contour crosses the edge between two vertices once for each interval of their difference in height. Over a
     // whole row of tiles this difference is taken as half the distance at most. Each vertex has two edges of its own.
     let interval_m = vectors.contours_m.unwrap_or_else(|| contours::default_interval_m(world));
     let points = 2.0 * 0.5 * world.spacing_m() / interval_m;
-    FormatCost { files, kept_a_vertex: (POINT_BYTES * (1.0 + points)) as u64, ..of_features(request) }
+    (POINT_BYTES * (1.0 + points)) as u64
 }
 
 /// Returns the layers of a world's GeoPackage and their styles, the uppermost first.
