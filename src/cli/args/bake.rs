@@ -19,12 +19,12 @@ use crate::preset::Sources;
 pub struct BakeArguments {
     #[command(flatten)]
     pub world: WorldArguments,
-    #[command(flatten)]
-    pub place: PlaceArguments,
     /// Bake one shard of the region alone: 3/16 is the third of sixteen equal rectangles of its tiles. A shard has
     /// files of tiles only; terrane merge makes those of the region when all shards are baked.
     #[arg(long, value_name = "I/N", conflicts_with = "add")]
     pub shard: Option<Shard>,
+    #[command(flatten)]
+    pub place: PlaceArguments,
     #[command(flatten)]
     pub common: CommonArguments,
     #[command(flatten)]
@@ -73,6 +73,7 @@ pub struct MergeArguments {
 
 /// The files of a bake.
 #[derive(Args)]
+#[command(next_help_heading = None)]
 pub struct CommonArguments {
     /// Cells a tile side, 16 to 4096 [default: the preset's].
     #[arg(long, value_name = "N")]
@@ -85,14 +86,6 @@ pub struct CommonArguments {
     #[arg(long, value_name = "NAME", long_help = profile_help())]
     #[arg(value_parser = Named(profile_names), hide_possible_values = true)]
     pub profile: Option<String>,
-    #[command(flatten)]
-    pub meshes: MeshArguments,
-    /// Heights in metres of the values 0 and 65535 in 16-bit heights, such as 0,1200, or auto: the range of the region.
-    /// Bakes with different ranges do not fit together [default: the range of the world, which is the same everywhere].
-    #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
-    pub height_range: Option<AskedRange>,
-    #[command(flatten)]
-    pub vectors: VectorArguments,
     /// Name files of tiles after the place of the tile in the region, or after its number in the world, which is the
     /// same in every region.
     #[arg(long, value_name = "region|world", default_value = "region")]
@@ -103,6 +96,14 @@ pub struct CommonArguments {
     /// Refuse to bake unless this program makes the worlds of the given version.
     #[arg(long, value_name = "VERSION")]
     pub generator: Option<String>,
+    #[command(flatten)]
+    pub meshes: MeshArguments,
+    /// Heights in metres of the values 0 and 65535 in 16-bit heights, such as 0,1200, or auto: the range of the region.
+    /// Bakes with different ranges do not fit together [default: the range of the world, which is the same everywhere].
+    #[arg(long, value_name = "auto|MIN,MAX", help_heading = "GIS", allow_hyphen_values = true, value_parser = parse_range)]
+    pub height_range: Option<AskedRange>,
+    #[command(flatten)]
+    pub vectors: VectorArguments,
 }
 
 /// Options for meshes.

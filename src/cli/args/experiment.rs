@@ -15,8 +15,6 @@ pub struct ExperimentArguments {
     /// With agents, without, or both.
     #[arg(long, value_name = "LIST", default_value = "on,off", value_delimiter = ',')]
     pub agents: Vec<Switch>,
-    #[command(flatten)]
-    pub camera: CameraArguments,
     /// The device that makes the land of tiles: cpu, gpu, or both side by side.
     #[arg(long, value_name = "LIST", default_value = "cpu", value_delimiter = ',')]
     pub device: Vec<String>,
@@ -41,6 +39,8 @@ pub struct ExperimentArguments {
     /// Replace what is there.
     #[arg(long)]
     pub overwrite: bool,
+    #[command(flatten)]
+    pub camera: CameraArguments,
 }
 
 /// The tiles that a step of the experiment makes.

@@ -16,8 +16,6 @@ const SOURCE: &str =
 pub struct ExploreArguments {
     #[command(flatten)]
     pub world: WorldArguments,
-    #[command(flatten)]
-    pub place: PlaceArguments,
     /// The port of the page's address on this machine; 0 takes any free one. Other machines cannot reach it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
@@ -35,6 +33,8 @@ pub struct ExploreArguments {
     /// be made again sooner. The drawing in progress takes some 300 MB more.
     #[arg(long, value_name = "SIZE", default_value = "500MB", value_parser = parse_bytes)]
     pub memory_limit: u64,
+    #[command(flatten)]
+    pub place: PlaceArguments,
     #[command(flatten)]
     pub threads: ThreadOptions,
 }

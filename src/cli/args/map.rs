@@ -52,6 +52,7 @@ pub struct MapArguments {
 
 /// Options for drawing maps.
 #[derive(Args)]
+#[command(next_help_heading = None)]
 pub struct StyleArguments {
     /// The style: a built-in one (terrane styles), or a file.
     #[arg(long, value_name = "NAME|FILE", default_value = "topographic")]

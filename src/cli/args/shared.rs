@@ -1,4 +1,5 @@
-//! Options that several commands share: the same word is the same option in all of them.
+//! Options that several commands share: the same word is the same option in all of them. A heading of the help goes on
+//! after its group, so a group without one begins none, and a command has its own options first.
 
 use std::io;
 use std::path::PathBuf;
@@ -131,6 +132,7 @@ pub fn given(all: &[(bool, &'static str)]) -> Vec<&'static str> {
 
 /// The device that makes land.
 #[derive(Args)]
+#[command(next_help_heading = None)]
 pub struct DeviceArguments {
     /// The device that makes land and tiles: auto (a GPU if there is one that gives the same bits), cpu or gpu; the
     /// bytes are the same.
@@ -183,6 +185,7 @@ pub struct RunOptions {
 
 /// The threads of a command.
 #[derive(Args, Clone, Copy)]
+#[command(next_help_heading = None)]
 pub struct ThreadOptions {
     /// Threads to use [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]

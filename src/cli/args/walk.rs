@@ -17,6 +17,18 @@ use crate::walker::{Tour, Way};
 pub struct WalkArguments {
     #[command(flatten)]
     pub world: WorldArguments,
+    /// Cells a tile side, 16 to 4096 [default: the preset's].
+    #[arg(long, value_name = "N")]
+    pub tile_cells: Option<u32>,
+    /// The exports to write, with commas between: files of tiles, vectors, hashes, and those files of the region around
+    /// all tiles that may be empty where there is no tile.
+    #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
+    #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
+    pub export: String,
+    /// Name files of tiles after the place of the tile in the region, which lies around all, or after its number in the
+    /// world.
+    #[arg(long, value_name = "region|world", default_value = "world")]
+    pub names: TileNames,
     /// The walker's way, straight from place to place: a text file with one place per line, metres east and north of
     /// the origin with a comma between.
     #[arg(long, value_name = "FILE", help_heading = "Camera")]
@@ -31,18 +43,6 @@ pub struct WalkArguments {
     /// Layers of tiles around the walker's own tile, made as the walker comes near.
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Camera")]
     pub layers: u32,
-    /// Cells a tile side, 16 to 4096 [default: the preset's].
-    #[arg(long, value_name = "N")]
-    pub tile_cells: Option<u32>,
-    /// The exports to write, with commas between: files of tiles, vectors, hashes, and those files of the region around
-    /// all tiles that may be empty where there is no tile.
-    #[arg(long, value_name = "LIST", default_value = Export::DEFAULT_OF_WALKS, long_help = walk_export_help())]
-    #[arg(value_parser = Named(walk_export_names), hide_possible_values = true)]
-    pub export: String,
-    /// Name files of tiles after the place of the tile in the region, which lies around all, or after its number in the
-    /// world.
-    #[arg(long, value_name = "region|world", default_value = "world")]
-    pub names: TileNames,
     #[command(flatten)]
     pub vectors: VectorArguments,
     #[command(flatten)]
