@@ -179,7 +179,7 @@ impl Finder {
         let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
         let mut found: BTreeMap<String, Found> = BTreeMap::new();
         let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
-        watch.begin("searching", Some((count[0].saturating_mul(count[1]), "blocks")));
+        watch.begin("searching", Some((count[0].saturating_mul(count[1]), "blocks at most")));
         // Goes through rings of blocks, each farther out than the last, because all blocks at once may not fit into
         // memory.
         let middle = near_km.map(|km| (km / block_km).floor() as i64);
