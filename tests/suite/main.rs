@@ -34,6 +34,7 @@ mod vector;
 mod walker;
 mod walks;
 mod water;
+mod wording;
 mod worlds;
 
 /// True in the long form of the suite (`TERRANE_LONG=1`): more seeds, presets and places by the same tests.

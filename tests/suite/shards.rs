@@ -522,14 +522,4 @@ fn shards_are_as_many_as_the_time_of_each_asks_for() {
     // How much faster one was made than the other on a busy machine says nothing.
     assert!(1 < number(&few) && number(&few) < number(&many), "{few} {many}");
     assert!(few["seconds"].as_f64().unwrap() <= 3600.0, "{few}");
-    for (options, words) in [
-        (&["noise.toml", "--add"][..], &["--add"][..]),
-        (&["-"], &["standard input"]),
-        (&["noise.toml", "--size", "2x2", "--shards", "5"], &["5 shards", "4 tiles"]),
-        (&["noise.toml", "--shards", "5", "--minutes", "5"], &["--shards", "--minutes"]),
-    ] {
-        desk.refused(&[&["shard-plan", "--engine", "commands"], options].concat(), words);
-    }
-    let refused = desk.run(&["shard-plan", "noise.toml", "--engine", "cron"]);
-    assert!(refused.code == Some(2) && refused.stderr.contains("slurm, kubernetes, commands"), "{refused}");
 }
