@@ -19,7 +19,7 @@ use terrane::map::scale::Scale;
 use terrane::map::style::Style;
 use terrane::map::{Chart, text};
 use terrane::preset::Preset;
-use terrane::tile::shaped_input;
+use terrane::tile::{accumulation_input, shaped_input};
 use terrane::world::World;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform,
@@ -108,7 +108,6 @@ impl Panel {
     fn frame(&mut self, area: Area, rgb: Rgb, name: &str) {
         let [west, north, east, south] = area.edges();
         let corners = [[west, north], [east, north], [east, south], [west, south], [west, north]];
-        self.line(corners.map(DVec2::from), PAPER, 4.0);
         self.line(corners.map(DVec2::from), rgb, 2.0);
         self.explain(Some(rgb), name);
     }
@@ -244,10 +243,11 @@ fn tiles() -> Result<(), Box<dyn Error>> {
     let tile = id.area(world.tile_cells());
     let middle = [(tile.x0 + tile.x1) / 2, (tile.y0 + tile.y1) / 2];
     let shaped = shaped_input(&world, tile);
-    let mut near = Panel::land(&world, middle, 2, SIZE, 0.45);
-    near.frame(Imprint::input(shaped), LEVELS[1], "land before roads are built into it");
-    near.frame(shaped, AMBER, "shaped land, for normals and ground cover");
-    near.frame(tile, RED, "the tile: 512 x 512 cells, 5 km");
+    let mut near = Panel::land(&world, middle, 1, SIZE, 0.45);
+    near.frame(accumulation_input(tile), LEVELS[0], "land from which water flows to the tile's vertices");
+    near.frame(Imprint::input(shaped), LEVELS[2], "land around the roads that are built into it");
+    near.frame(shaped, AMBER, "shaped land, for ground cover and normals");
+    near.frame(tile, RED, "the tile: 256 x 256 cells, 2.6 km");
     let mut far = Panel::land(&world, middle, 32, SIZE, 0.45);
     draw_channels(&mut far, fluvial, 2);
     let corners = [(shaped.x0, shaped.y0), (shaped.x1, shaped.y1)].map(|(x, y)| Point::at_vertex(x, y));
