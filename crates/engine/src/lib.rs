@@ -17,6 +17,9 @@ pub mod threads;
 pub mod memory;
 pub mod generator;
 pub mod simd;
+#[cfg(feature = "gpu")]
+#[macro_use]
+mod wgsl;
 
 pub mod noise;
 pub mod recipe;

@@ -2,7 +2,7 @@
 
 mod curve;
 #[cfg(feature = "gpu")]
-mod gpu_words;
+pub(crate) mod gpu_words;
 mod noise;
 mod strided;
 pub mod settings;

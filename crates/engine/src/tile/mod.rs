@@ -21,6 +21,8 @@ pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
+#[cfg(feature = "gpu")]
+pub(crate) use rule::wgsl;
 pub(crate) use surface::TileSurface;
 #[cfg(feature = "gpu")]
 pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};

@@ -4,12 +4,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bytemuck::{cast_slice, cast_slice_mut};
+use bytemuck::{Zeroable, cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 use wgpu::{ComputePass, ComputePipeline};
 
 use super::adapter::Gpu;
-use super::bands::{BAND_WORDS, Band, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
+use super::bands::{BANDS, Band, BandWords, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
 use super::submission::{Slot, Slots, Submission, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
@@ -142,7 +142,7 @@ impl NoiseMaker {
     /// Writes the kernels' input for some bands into a slot; `None` if mapping fails.
     fn load(&self, jobs: &[LandJob], bands: &[Band], slot: &Slot) -> Option<SubmissionSizes> {
         let mut blocks: Vec<VertexBlock> = Vec::new();
-        let mut table = vec![0; TABLE];
+        let mut table = [BandWords::zeroed(); BANDS];
         let mut lines = Vec::new();
         let count = |band: &Band| {
             VertexBlock::count(band.land) + if self.rough.is_some() { VertexBlock::count(band.cells) } else { 0 }
@@ -157,7 +157,7 @@ impl NoiseMaker {
         let widen = |most: &mut [usize; 2], area: Area| {
             *most = [most[0].max(area.width()), most[1].max(area.height())];
         };
-        for (band, words) in bands.iter().zip(table.chunks_exact_mut(BAND_WORDS)) {
+        for (band, words) in bands.iter().zip(&mut table) {
             let job = &jobs[band.job];
             let (heights, imprint) = (back, back + band.land.len());
             let out = back + band.planes[0] * band.land.len();
@@ -172,33 +172,27 @@ impl NoiseMaker {
                 blocks.extend(VertexBlock::of(band.cells, noise as u32, *rough));
             }
             let has_lines = !job.lines.is_empty();
-            let pad = |cells: i64, land: i64| if band.cells.is_empty() { 0 } else { (cells - land) as usize };
-            let numbers = [
-                heights,
-                band.land.width(),
-                band.land.height(),
-                pad(band.cells.x0, band.land.x0),
-                pad(band.cells.y0, band.land.y0),
-                band.cells.width(),
-                band.cells.height(),
-                out,
-                noise,
-                rubble[0],
-                rubble[1],
-                if has_lines { lines_at + lines.len() } else { 0 },
-                (band.land.y0 - job.land.y0) as usize,
-                imprint,
-            ];
-            for (word, number) in words.iter_mut().zip(numbers) {
-                *word = number as u32;
-            }
+            let [east, south] = [band.cells.x0 - band.land.x0, band.cells.y0 - band.land.y0];
+            *words = BandWords {
+                land: heights as u32,
+                width: band.land.width() as u32,
+                height: band.land.height() as u32,
+                pad: if band.cells.is_empty() { [0; 2] } else { [east as u32, south as u32] },
+                cells: [band.cells.width() as u32, band.cells.height() as u32],
+                out: out as u32,
+                noise: noise as u32,
+                rubble: rubble.map(|at| at as u32),
+                lines: if has_lines { (lines_at + lines.len()) as u32 } else { 0 },
+                row: (band.land.y0 - job.land.y0) as u32,
+                imprint: imprint as u32,
+            };
             lines.extend_from_slice(&job.lines);
             if has_lines {
                 widen(&mut carved, band.land);
             }
             widen(&mut cells, band.cells);
         }
-        slot.view(0, table.len())?.copy_from_slice(cast_slice(&table));
+        slot.view(0, TABLE)?.copy_from_slice(cast_slice(&table));
         if !lines.is_empty() {
             slot.view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
         }

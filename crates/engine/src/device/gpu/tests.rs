@@ -204,7 +204,7 @@ fn tiles_have_the_bits_of_the_cpu() {
 
 /// Computes quotients and roots of pairs of numbers on a GPU, with the arithmetic of the shader text `exact`.
 fn quotients_and_roots(gpu: &Gpu, exact: &str, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
-    let arithmetic = [include_str!(concat!(env!("TERRANE_SHADERS"), "/job.wgsl")), exact].join("\n");
+    let arithmetic = [&adapter::inputs(), exact].join("\n");
     let kernel = "@compute @workgroup_size(64)
         fn arithmetic(@builtin(global_invocation_id) id: vec3<u32>) {
             if id.x < same[0] {
