@@ -109,8 +109,8 @@ impl PlaceArguments {
                 Ok([x - km / 2.0, y - km / 2.0, x + km / 2.0, y + km / 2.0].map(without_noise))
             }
             Around { middle: Middle::At([x, y]), km: None } => Err(Error::Region {
-                message: format!("around {x},{y} there is no end"),
-                hint: format!("give the width and height in kilometres too, such as --around={x},{y},10"),
+                message: format!("--around={x},{y} says no width and height"),
+                hint: format!("add them in kilometres, such as --around={x},{y},10"),
             }),
             Around { middle: Middle::Named(name), .. } => unreachable!("{name} has not been located"),
         });
