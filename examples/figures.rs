@@ -4,7 +4,6 @@
 
 use std::error::Error;
 use std::fs;
-use std::sync::Arc;
 
 use glam::{DVec2, dvec2};
 use image_webp::{ColorType, WebPEncoder};
@@ -260,24 +259,16 @@ fn tiles() -> Result<(), Box<dyn Error>> {
     save("tiles", &[near, far])
 }
 
-/// Returns the road that winds most among those that run whole from one settlement to another through an area.
-fn winding(world: &World, area: Area) -> Option<Arc<Line>> {
-    let whole = |line: &Arc<Line>| {
-        matches!((line.id, line.end), (LineId::Road { part: 0, .. }, LineEnd::Site(_))) && area.contains(&line.bounds)
-    };
-    let winds = |line: &Line| {
-        let [first, last] = [0, line.points.len() - 1].map(|index| DVec2::from(line.points[index].place));
-        line.length_m() / first.distance(last)
-    };
-    let roads = world.lines_through(LineKind::Road, &area).into_iter().filter(whole);
-    roads.max_by(|a, b| winds(a).total_cmp(&winds(b)))
-}
-
 /// Roads are planned: the coarse lattice, the corridor that was found on it, and the road.
 fn roads() -> Result<(), Box<dyn Error>> {
     let world = World::new(Preset::load("alps")?.1, None)?;
     let (fluvial, places) = world.relief().fluvial().zip(world.places()).expect("alps have roads");
-    let road = winding(&world, Area::new(2000, 2000, 1600, 1600)).expect("a road lies there");
+    // The longest road that runs whole from one settlement to another through an area.
+    let area = Area::new(2000, 2000, 1600, 1600);
+    let is_whole = |line: &Line| matches!((line.id, line.end), (LineId::Road { part: 0, .. }, LineEnd::Site(_)));
+    let mut roads = world.lines_through(LineKind::Road, &area);
+    roads.retain(|line| is_whole(line) && area.contains(&line.bounds));
+    let road = roads.into_iter().max_by_key(|line| line.points.len()).expect("a road lies there");
     let LineId::Road { from, to, .. } = road.id else { unreachable!("a road has the id of one") };
     let corridor = places.corridor(fluvial, [from, to]);
     let step = corridor.windows(2).map(|pair| pair[1][0] - pair[0][0]).filter(|step| *step > 0).min().unwrap_or(1);
