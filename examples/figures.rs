@@ -312,28 +312,19 @@ fn roads() -> Result<(), Box<dyn Error>> {
 
 /// A label does not depend on the window: two windows of one map, whose common part has the same pixels.
 fn labels() -> Result<(), Box<dyn Error>> {
-    let scale = Scale { metres_per_pixel: 25.0, pixels_per_mm: 6.0 };
+    let (scale, clock) = (Scale { metres_per_pixel: 25.0, pixels_per_mm: 6.0 }, Clock::default());
     let chart = Chart::new(&Preset::load("archipelago")?.1, None, Style::load("topographic")?, scale)?;
     let first = Area::new(-100, -100, 430, 330);
     let windows = [first, Area { x0: first.x0 + 150, x1: first.x1 + 150, y0: first.y0 + 70, y1: first.y1 + 70 }];
     let common = windows[0].common(&windows[1]).expect("the windows overlap");
-    let pictures = windows.map(|window| chart.picture(window, &Clock::default()).unwrap());
-    assert_eq!(
-        pictures[0].pixels(common, &Clock::default()).unwrap(),
-        pictures[1].pixels(common, &Clock::default()).unwrap()
-    );
+    let pictures = windows.map(|window| chart.picture(window, &clock).unwrap());
+    assert_eq!(pictures[0].pixels(common, &clock)?, pictures[1].pixels(common, &clock)?);
     let panels = pictures.map(|picture| {
         let area = picture.area();
         let mut panel = Panel::blank([0, 0], 1, [area.width(), area.height()]);
         panel.corner = dvec2(area.x0 as f64, area.y0 as f64);
-        for (to, from) in panel
-            .pixmap
-            .data_mut()
-            .as_chunks_mut::<4>()
-            .0
-            .iter_mut()
-            .zip(picture.pixels(area, &Clock::default()).unwrap().chunks(3))
-        {
+        let pixels = picture.pixels(area, &clock).unwrap();
+        for (to, from) in panel.pixmap.data_mut().as_chunks_mut::<4>().0.iter_mut().zip(pixels.chunks(3)) {
             to[..3].copy_from_slice(from);
         }
         panel.frame(common, RED, "the part that both windows show");
