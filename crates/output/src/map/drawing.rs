@@ -187,7 +187,7 @@ pub(super) struct Draughtsman<'a> {
     pub has_lines: bool,
     /// True if small things may be left out.
     pub is_sketch: bool,
-    /// Counts the squares in which things are found.
+    /// Counts the squares in which everything is found.
     pub watch: &'a Watch,
 }
 
@@ -229,29 +229,31 @@ impl Draughtsman<'_> {
         self.style.places.draw && self.has_lines && self.scale.denominator() <= self.style.places.houses_most
     }
 
-    /// Finds everything in an area of nodes, part by part, as a stage of its own if it is watched. A thing that lies in
+    /// Finds everything in an area of nodes, part by part, as a stage of its own if it has a name. A thing that lies in
     /// several parts is returned once. The order is that of the keys.
     fn find<T: Send, K: Ord + Send>(
-        watched: Option<(&Watch, &'static str)>,
+        &self,
+        stage: Option<&'static str>,
         area: Area,
         find: impl Fn(&Area) -> Result<Vec<T>, Stopped> + Sync,
         key: impl Fn(&T) -> K + Sync,
     ) -> Result<Vec<T>, Stopped> {
         let part = |[x, y]: [i64; 2]| Area::new(x * PART, y * PART, PART as usize + 1, PART as usize + 1);
         let parts: Vec<Area> = area.square_numbers(PART).filter_map(|at| part(at).common(&area)).collect();
-        if let Some((watch, stage)) = watched {
-            watch.begin(stage, Some((parts.len() as u64, "squares")));
+        if let Some(stage) = stage {
+            self.watch.begin(stage, Some((parts.len() as u64, "squares")));
         }
-        let keyed = |part: &Area| {
-            let found = find(part)?.into_iter().map(|it| (key(&it), it)).collect();
-            watched.map(|(watch, _)| watch.add(1));
-            Ok(found)
+        let found = |part: &Area| {
+            let found = find(part)?;
+            stage.map(|_| self.watch.add(1));
+            Ok(found.into_iter().map(|it| (key(&it), it)).collect())
         };
-        let found = parts.par_iter().map(keyed).collect::<Result<Vec<Vec<(K, T)>>, Stopped>>()?;
+        let found = parts.par_iter().map(found).collect::<Result<Vec<Vec<(K, T)>>, Stopped>>()?;
         Ok(found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect())
     }
 
     fn draw_water(&self, area: Area, drawing: &mut Drawing) -> Result<(), Stopped> {
+        let clock = &self.watch.clock;
         let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         let outline = |ring: &Vec<[f64; 2]>| {
             let ring: Vec<DVec2> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
@@ -259,10 +261,10 @@ impl Draughtsman<'_> {
         };
         let least_px = if self.is_sketch { SKETCHED_LAKE } else { 0.0 };
         let lakes = |part: &Area| {
-            let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel, &self.watch.clock)?;
-            LAKES.features(self.world, lakes, &self.watch.clock)
+            let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel, clock)?;
+            LAKES.features(self.world, lakes, clock)
         };
-        for lake in Self::find(Some((self.watch, "finding lakes")), nodes, lakes, |lake| lake.id.clone())? {
+        for lake in self.find(Some("finding lakes"), nodes, lakes, |lake| lake.id.clone())? {
             let area_px = lake.area_m2 / self.scale.metres_per_pixel / self.scale.metres_per_pixel;
             if area_px >= LEAST_LAKE {
                 let rings: Vec<Vec<DVec2>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();
@@ -271,9 +273,8 @@ impl Draughtsman<'_> {
         }
         let least_m3s = self.least_m3s();
         let rivers = |world: &World, area: Area| {
-            let watched = Some((self.watch, "finding rivers"));
-            let find = |part: &Area| world.lines_through(LineKind::River, part, &self.watch.clock);
-            Self::find(watched, area, find, |river| river.id)
+            let through = |part: &Area| world.lines_through(LineKind::River, part, clock);
+            self.find(Some("finding rivers"), area, through, |river| river.id)
         };
         let found = match (self.world.relief().fluvial(), self.has_lines) {
             (Some(_), _) => rivers(self.world, nodes)?,
@@ -339,10 +340,10 @@ impl Draughtsman<'_> {
         if !self.style.places.draw {
             return Ok(Vec::new());
         }
-        let settled = self.settled;
+        let (settled, clock) = (self.settled, &self.watch.clock);
         let vertices = self.scale.nodes_of(area, settled.spacing_m());
         if self.has_lines {
-            let sites = Self::find(None, vertices, |part| settled.sites(part, &self.watch.clock), |site| site.id)?;
+            let sites = self.find(None, vertices, |part| settled.sites(part, clock), |site| site.id)?;
             let drawn = sites.into_iter().filter(|site| is_drawn(site.class, self.scale));
             return Ok(drawn.map(|site| SiteFeature::new(settled, &site)).collect());
         }
@@ -352,7 +353,7 @@ impl Draughtsman<'_> {
         let side = cells * cell_side;
         let squares: Vec<[i64; 2]> = vertices.square_numbers(side).collect();
         let town = |square| {
-            let site = settled.chief_site(square, cells, &self.watch.clock)?;
+            let site = settled.chief_site(square, cells, clock)?;
             Ok(site.map(|site| SiteFeature::new(settled, &site)))
         };
         squares.into_par_iter().filter_map(|square| town(square).transpose()).collect()
@@ -362,7 +363,7 @@ impl Draughtsman<'_> {
     fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Result<Vec<(u64, Vec<DVec2>)>, Stopped> {
         let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part, &self.watch.clock);
         let mut lines = Vec::new();
-        for road in Self::find(Some((self.watch, "planning roads")), vertices, roads, |road| road.id)? {
+        for road in self.find(Some("planning roads"), vertices, roads, |road| road.id)? {
             if let Some(line) = drawing.add_road(self.style, self.scale, &road) {
                 lines.push((names::hash_of(&road.id.to_string()), line));
             }
