@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use terrane::area::Area;
+use terrane::clock::Clock;
 use terrane::map::Chart;
 use terrane::map::scale::Scale;
 use terrane::map::style::Style;
@@ -179,7 +180,10 @@ fn a_tile_is_the_same_part_of_the_map() {
         let scale = Scale { metres_per_pixel, pixels_per_mm: 96.0 / 25.4 * dense };
         let chart = Chart::new(&preset, Some(5), Style::load("atlas").unwrap(), scale).unwrap();
         let area = Area::new(x * i64::from(side), y * i64::from(side), side as usize, side as usize);
-        assert!(rgb == chart.picture(area).pixels(area), "{path}");
+        assert!(
+            rgb == chart.picture(area, &Clock::default()).unwrap().pixels(area, &Clock::default()).unwrap(),
+            "{path}"
+        );
         // It comes from the disk the second time, and is the same.
         assert!(explorer.get(&path).body == answer.body);
         for sketch in ["draft", "glance"] {
