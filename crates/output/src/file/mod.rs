@@ -6,7 +6,7 @@ mod record;
 
 #[cfg(test)]
 pub(crate) use disk::{Disk, double};
-pub(crate) use disk::{Operation, copy, gate, link, remove, remove_folder, rename};
+pub(crate) use disk::{Operation, copy, free_bytes, gate, link, remove, remove_folder, rename};
 pub use disk::{make_folder, sync_folder};
 pub(crate) use record::path_in;
 pub use record::{FileRecord, Finished, MeshRecord};
