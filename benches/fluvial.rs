@@ -59,7 +59,7 @@ fn spent(preset: Preset) -> Vec<(String, f64)> {
     let world = World::new(preset, None).expect("built-in presets are sound");
     let (clock, cells) = (Clock::default(), world.tile_cells() as i64);
     for tile in 0..TILES * TILES {
-        Tile::timed(&world, TileId { x: tile % TILES, y: tile / TILES }, &clock);
+        Tile::timed(&world, TileId { x: tile % TILES, y: tile / TILES }, &clock).unwrap();
     }
     let vertices = (TILES * TILES * cells * cells) as f64;
     clock.stages().into_iter().map(|(stage, time)| (stage, time.as_nanos() as f64 / vertices)).collect()

@@ -4,7 +4,6 @@
 
 use std::error::Error;
 use std::fs;
-use std::sync::Arc;
 
 use glam::{DVec2, dvec2};
 use image_webp::{ColorType, WebPEncoder};
@@ -12,6 +11,7 @@ use terrane::area::{Area, Stride, TileId};
 use terrane::clock::Clock;
 use terrane::fluvial::Fluvial;
 use terrane::fluvial::grain_point::{GRAINS, Point};
+use terrane::fluvial::survey::Surveyed;
 use terrane::land::WaterKind;
 use terrane::lines::{Imprint, Line, LineEnd, LineId, LineKind};
 use terrane::map::font::Face;
@@ -19,7 +19,7 @@ use terrane::map::scale::Scale;
 use terrane::map::style::Style;
 use terrane::map::{Chart, text};
 use terrane::preset::Preset;
-use terrane::tile::shaped_input;
+use terrane::tile::{accumulation_input, shaped_input};
 use terrane::world::World;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform,
@@ -64,7 +64,7 @@ impl Panel {
         let at = |axis: usize| (panel.corner[axis] / panel.vertices) as i64;
         let area = Area::new(at(0), at(1), width, height);
         let strided = world.at_stride(Stride::new(vertices).expect("strides are powers of two"));
-        let land = strided.relief().land(area.padded(1), &Clock::default());
+        let land = strided.relief().land(area.padded(1), &Clock::default()).unwrap();
         let step_m = (2.0 * strided.spacing_m()) as f32;
         let pixels = panel.pixmap.data_mut().as_chunks_mut::<4>().0;
         for ((x, y), pixel) in area.vertices().zip(pixels) {
@@ -108,7 +108,6 @@ impl Panel {
     fn frame(&mut self, area: Area, rgb: Rgb, name: &str) {
         let [west, north, east, south] = area.edges();
         let corners = [[west, north], [east, north], [east, south], [west, south], [west, north]];
-        self.line(corners.map(DVec2::from), PAPER, 4.0);
         self.line(corners.map(DVec2::from), rgb, 2.0);
         self.explain(Some(rgb), name);
     }
@@ -244,10 +243,11 @@ fn tiles() -> Result<(), Box<dyn Error>> {
     let tile = id.area(world.tile_cells());
     let middle = [(tile.x0 + tile.x1) / 2, (tile.y0 + tile.y1) / 2];
     let shaped = shaped_input(&world, tile);
-    let mut near = Panel::land(&world, middle, 2, SIZE, 0.45);
-    near.frame(Imprint::input(shaped), LEVELS[1], "land before roads are built into it");
-    near.frame(shaped, AMBER, "shaped land, for normals and ground cover");
-    near.frame(tile, RED, "the tile: 512 x 512 cells, 5 km");
+    let mut near = Panel::land(&world, middle, 1, SIZE, 0.45);
+    near.frame(accumulation_input(tile), LEVELS[0], "land from which water flows to the tile's vertices");
+    near.frame(Imprint::input(shaped), LEVELS[2], "land around the roads that are built into it");
+    near.frame(shaped, AMBER, "shaped land, for ground cover and normals");
+    near.frame(tile, RED, "the tile: 256 x 256 cells, 2.6 km");
     let mut far = Panel::land(&world, middle, 32, SIZE, 0.45);
     draw_channels(&mut far, fluvial, 2);
     let corners = [(shaped.x0, shaped.y0), (shaped.x1, shaped.y1)].map(|(x, y)| Point::at_vertex(x, y));
@@ -260,26 +260,18 @@ fn tiles() -> Result<(), Box<dyn Error>> {
     save("tiles", &[near, far])
 }
 
-/// Returns the road that winds most among those that run whole from one settlement to another through an area.
-fn winding(world: &World, area: Area) -> Option<Arc<Line>> {
-    let whole = |line: &Arc<Line>| {
-        matches!((line.id, line.end), (LineId::Road { part: 0, .. }, LineEnd::Site(_))) && area.contains(&line.bounds)
-    };
-    let winds = |line: &Line| {
-        let [first, last] = [0, line.points.len() - 1].map(|index| DVec2::from(line.points[index].place));
-        line.length_m() / first.distance(last)
-    };
-    let roads = world.lines_through(LineKind::Road, &area).into_iter().filter(whole);
-    roads.max_by(|a, b| winds(a).total_cmp(&winds(b)))
-}
-
 /// Roads are planned: the coarse lattice, the corridor that was found on it, and the road.
 fn roads() -> Result<(), Box<dyn Error>> {
     let world = World::new(Preset::load("alps")?.1, None)?;
     let (fluvial, places) = world.relief().fluvial().zip(world.places()).expect("alps have roads");
-    let road = winding(&world, Area::new(2000, 2000, 1600, 1600)).expect("a road lies there");
+    // The longest road that runs whole from one settlement to another through an area.
+    let area = Area::new(2000, 2000, 1600, 1600);
+    let is_whole = |line: &Line| matches!((line.id, line.end), (LineId::Road { part: 0, .. }, LineEnd::Site(_)));
+    let mut roads = world.lines_through(LineKind::Road, &area, &Clock::default()).unwrap();
+    roads.retain(|line| is_whole(line) && area.contains(&line.bounds));
+    let road = roads.into_iter().max_by_key(|line| line.points.len()).expect("a road lies there");
     let LineId::Road { from, to, .. } = road.id else { unreachable!("a road has the id of one") };
-    let corridor = places.corridor(fluvial, [from, to]);
+    let corridor = places.corridor(Surveyed { survey: fluvial, clock: &Clock::default() }, [from, to]).unwrap();
     let step = corridor.windows(2).map(|pair| pair[1][0] - pair[0][0]).filter(|step| *step > 0).min().unwrap_or(1);
     let bounds = road.bounds;
     let middle = [(bounds.x0 + bounds.x1) / 2, (bounds.y0 + bounds.y1) / 2];
@@ -295,7 +287,7 @@ fn roads() -> Result<(), Box<dyn Error>> {
     let points: Vec<DVec2> = road.points.iter().map(|point| road.place_from([0, 0], point)).map(DVec2::from).collect();
     panel.line(points.iter().copied(), PAPER, 6.0);
     panel.line(points, RED, 3.5);
-    for site in [from, to].into_iter().filter_map(|id| world.site(id)) {
+    for site in [from, to].into_iter().filter_map(|id| world.site(id, &Clock::default()).unwrap()) {
         let at = DVec2::from(site.at.map(|at| at as f64));
         panel.disc(at, 7.0, INK);
         panel.disc(at, 4.0, PAPER);
@@ -311,19 +303,19 @@ fn roads() -> Result<(), Box<dyn Error>> {
 
 /// A label does not depend on the window: two windows of one map, whose common part has the same pixels.
 fn labels() -> Result<(), Box<dyn Error>> {
-    let scale = Scale { metres_per_pixel: 25.0, pixels_per_mm: 6.0 };
+    let (scale, clock) = (Scale { metres_per_pixel: 25.0, pixels_per_mm: 6.0 }, Clock::default());
     let chart = Chart::new(&Preset::load("archipelago")?.1, None, Style::load("topographic")?, scale)?;
     let first = Area::new(-100, -100, 430, 330);
     let windows = [first, Area { x0: first.x0 + 150, x1: first.x1 + 150, y0: first.y0 + 70, y1: first.y1 + 70 }];
     let common = windows[0].common(&windows[1]).expect("the windows overlap");
-    let pictures = windows.map(|window| chart.picture(window));
-    assert_eq!(pictures[0].pixels(common), pictures[1].pixels(common));
+    let pictures = windows.map(|window| chart.picture(window, &clock).unwrap());
+    assert_eq!(pictures[0].pixels(common, &clock)?, pictures[1].pixels(common, &clock)?);
     let panels = pictures.map(|picture| {
         let area = picture.area();
         let mut panel = Panel::blank([0, 0], 1, [area.width(), area.height()]);
         panel.corner = dvec2(area.x0 as f64, area.y0 as f64);
-        for (to, from) in panel.pixmap.data_mut().as_chunks_mut::<4>().0.iter_mut().zip(picture.pixels(area).chunks(3))
-        {
+        let pixels = picture.pixels(area, &clock).unwrap();
+        for (to, from) in panel.pixmap.data_mut().as_chunks_mut::<4>().0.iter_mut().zip(pixels.chunks(3)) {
             to[..3].copy_from_slice(from);
         }
         panel.frame(common, RED, "the part that both windows show");

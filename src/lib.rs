@@ -29,7 +29,7 @@
 //! ```text
 //!   terrane-engine
 //!
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
+//!   stop, error, area, grid, hash, geometry, contour, clock, watch, threads, memory, generator, simd, wgsl   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     text of an author -> a preset or a style; what all settings share: key paths, faults, checks, masks

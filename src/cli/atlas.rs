@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
     let seed = arguments.world.seed.unwrap_or(preset.seed);
-    let place = arguments.place.located(&preset, Some(seed))?;
+    let place = arguments.place.located(&preset, Some(seed), console)?;
     let (middle_m, size_m) = if arguments.place.has_size() {
         let [west, south, east, north] = place.bounds_m(preset.tile_cells, preset.spacing_m)?;
         ([west.midpoint(east), south.midpoint(north)], Some([east - west, north - south]))

@@ -19,7 +19,6 @@ use crate::export::{
     Bytes, Cost, HeightRange, Limit, Manifest, MeshOptions, Mode, Output, Plan, PlanRequest, Profile, measured_range_m,
 };
 use crate::generator;
-use crate::watch::Watch;
 use crate::world::World;
 
 /// Bakes the region that the command line asks for.
@@ -41,7 +40,7 @@ pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
-    let place = arguments.place.located(&preset, asked.seed)?;
+    let place = arguments.place.located(&preset, asked.seed, console)?;
     let region = place.region(preset.tile_cells, preset.spacing_m)?;
     let region = if options.stride == Stride::ONE { region } else { region.strided(options.stride)? };
     let world = World::strided(preset, asked.seed, options.stride)?.with_tile_cells(region.tile_cells());
@@ -110,7 +109,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
     manifest.check_is_no_shard(folder)?;
     let world = manifest.world()?;
     let old = manifest.region.region()?;
-    let place = place.located(&manifest.preset, Some(manifest.seed))?;
+    let place = place.located(&manifest.preset, Some(manifest.seed), console)?;
     let region = match (place.bounds.is_some() || place.around.is_some(), place.at, place.size) {
         (true, ..) => place.region(old.tile_cells(), world.spacing_m())?,
         (false, None, None) => {
@@ -209,9 +208,9 @@ pub(super) fn carry_out(
     let refused = Output::check(out, mode, plan, &cost);
     console.warnings(&plan.warnings());
     let may_lack_room = || refused.is_ok() && (cost.may_fill(plan, out) || short(&cost).is_err());
-    if (options.dry_run && !console.0.quiet) || may_lack_room() {
+    if (options.dry_run && !console.messages.quiet) || may_lack_room() {
         announce_trial(console, world);
-        cost = pool.install(|| plan.forecast(cost))?;
+        cost = pool.install(|| plan.forecast(cost, &console.stop))?;
     }
     if options.dry_run {
         print_plan(console, plan, &cost, world, threads, out)?;
@@ -221,7 +220,7 @@ pub(super) fn carry_out(
         return Ok(());
     }
     // The bake.
-    let watch = Watch::default();
+    let watch = console.watch();
     let output = Output::prepare(out, mode, plan, &cost)?;
     console.warnings(&output.lock_warning());
     let start = Instant::now();
@@ -235,7 +234,7 @@ pub(super) fn carry_out(
     });
     let manifest = baked.inspect_err(|_| {
         // Without a work folder nothing is kept, for example if no format can hold the output.
-        if output.can_resume() && !console.0.quiet {
+        if output.can_resume() && !console.messages.quiet {
             let goes_on = match mode {
                 Mode::New | Mode::Resume => "the same command with --resume",
                 Mode::Replace => "the same command with --resume in the place of --overwrite",

@@ -8,10 +8,14 @@ use serde_json::{Value, json};
 use crate::cli::args::MessageOptions;
 use crate::error::Error;
 use crate::export::{Bytes, Limit};
+use crate::stop::Stop;
 use crate::watch::Watch;
 
-/// The two streams of the command.
-pub(super) struct Console(pub MessageOptions);
+/// The two streams of the command, and the stop that a signal requests.
+pub(super) struct Console {
+    pub messages: MessageOptions,
+    pub stop: Stop,
+}
 
 /// Prints text. It is no error if the reader has closed the pipe.
 pub(super) fn print(text: &str) -> Result<(), Error> {
@@ -25,19 +29,28 @@ pub(super) fn print(text: &str) -> Result<(), Error> {
 }
 
 impl Console {
+    pub fn new(messages: MessageOptions) -> Console {
+        Console { messages, stop: Stop::default() }
+    }
+
+    /// Creates a watch for work of the command.
+    pub fn watch(&self) -> Watch {
+        Watch::stopped_by(&self.stop)
+    }
+
     /// True if messages are JSON objects, one a line.
     pub fn is_json(&self) -> bool {
-        self.0.json
+        self.messages.json
     }
 
     /// True if progress is shown.
     pub fn shows_progress(&self) -> bool {
-        !self.0.quiet && !self.0.no_progress
+        !self.messages.quiet && !self.messages.no_progress
     }
 
     /// Prints text unless the command is quiet.
     pub fn text(&self, text: &str) -> Result<(), Error> {
-        if self.0.quiet { Ok(()) } else { print(text) }
+        if self.messages.quiet { Ok(()) } else { print(text) }
     }
 
     /// Prints a message: as the JSON object with `--json`, otherwise as the text.
@@ -49,7 +62,7 @@ impl Console {
     pub fn stages(&self, watch: &Watch) -> Result<(), Error> {
         let stages = watch.stages();
         let total: f64 = stages.iter().map(|(_, spent)| spent.as_secs_f64()).sum();
-        stages.into_iter().filter(|_| self.0.verbose).try_for_each(|(stage, spent)| {
+        stages.into_iter().filter(|_| self.messages.verbose).try_for_each(|(stage, spent)| {
             let seconds = spent.as_secs_f64();
             let share = 100.0 * seconds / total;
             let object = json!({ "type": "stage", "stage": stage, "seconds": seconds, "percent": share });

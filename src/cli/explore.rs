@@ -38,7 +38,7 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
     }
     let view = if place.is_given() {
         let read = world.sources()?.read_all()?;
-        let located = place.located(&read, world.seed)?;
+        let located = place.located(&read, world.seed, console)?;
         let [west, south, east, north] = located.bounds_m(read.tile_cells, read.spacing_m)?;
         let pixel_m = (east - west).max(north - south) / VIEW_PX;
         Some(([west.midpoint(east), south.midpoint(north)], pixel_m))
@@ -57,7 +57,7 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
         program,
         threads: threads.count(),
     };
-    let server = Server::bind(options)?;
+    let server = Server::bind(options, &console.stop)?;
     let url = server.url();
     console.message(json!({ "type": "serving", "url": url }), &format!("{url}\nCtrl-C ends\n"))?;
     if open && let Err(error) = open::that_detached(&url) {

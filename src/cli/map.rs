@@ -18,6 +18,7 @@ use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
 use crate::preset::Preset;
 use crate::shell::quoted;
+use crate::world::World;
 
 /// Millimetres per inch.
 const INCH_MM: f64 = 25.4;
@@ -51,8 +52,9 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     console.warnings(&file.warnings(most, scale));
     let start = Instant::now();
     let page = watched(console, asked.manner.run.threads, |watch| {
-        let chart = Chart::made_by(|world| asked.manner.device.maker(world, console), &world, style, scale)?;
-        let picture = Sheet::picture(&chart, area, &captions.furniture, watch);
+        let maker = |world: &World| asked.manner.device.maker(world, console);
+        let chart = Chart::made_by(maker, &world, style, scale, &watch.clock)?;
+        let picture = Sheet::picture(&chart, area, &captions.furniture, watch)?;
         let sheet = Sheet::new(&picture, &captions);
         console.warnings(&lacking(&sheet.missing_letters()));
         watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
@@ -117,7 +119,8 @@ impl MapSubject {
             let preset = sources.read_all()?;
             console.warnings(&preset.warnings(&sources));
             let seed = asked.seed.unwrap_or(preset.seed);
-            let bounds_m = place.located(&preset, Some(seed))?.bounds_m(preset.tile_cells, preset.spacing_m)?;
+            let bounds_m =
+                place.located(&preset, Some(seed), console)?.bounds_m(preset.tile_cells, preset.spacing_m)?;
             return Ok(MapSubject { name: sources.name().to_owned(), preset, seed, bounds_m });
         }
         if !asked.set.is_empty() || asked.seed.is_some() {
@@ -130,7 +133,7 @@ impl MapSubject {
         manifest.check_is_no_walk(Path::new(source))?;
         let Manifest { preset_name: name, preset, seed, region, .. } = manifest;
         let bounds_m = match place.is_given() {
-            true => place.located(&preset, Some(seed))?.bounds_m(region.tile_cells, preset.spacing_m)?,
+            true => place.located(&preset, Some(seed), console)?.bounds_m(region.tile_cells, preset.spacing_m)?,
             false => region.bounds_km.map(|km| km * 1000.0),
         };
         Ok(MapSubject { name, preset, seed, bounds_m })

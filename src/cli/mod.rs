@@ -37,7 +37,6 @@ use crate::map::style::Style;
 use crate::preset::{self, Preset};
 use crate::recipe::source::{self, Recipe};
 use crate::simd::Level;
-use crate::stop;
 use crate::threads::{thread_count, thread_pool};
 
 /// Runs the command that the program was called with.
@@ -46,13 +45,13 @@ use crate::threads::{thread_count, thread_pool};
 pub fn run() -> ExitCode {
     if let Err(error) = check_words(env::args_os()) {
         let json = env::args_os().any(|word| word == "--json");
-        Console(MessageOptions { json, ..MessageOptions::default() }).error(&error);
+        Console::new(MessageOptions { json, ..MessageOptions::default() }).error(&error);
         return ExitCode::from(error.exit_code());
     }
     let arguments = Arguments::parse();
-    let console = Console(arguments.messages);
-    signals::listen();
-    match stop::catch(|| run_command(arguments.command, &console)) {
+    let console = Console::new(arguments.messages);
+    signals::listen(console.stop.clone());
+    match run_command(arguments.command, &console) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console.error(&error);

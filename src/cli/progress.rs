@@ -75,7 +75,7 @@ pub(super) fn watched<T: Send>(
     threads: ThreadOptions,
     work: impl FnOnce(&Watch) -> Result<T, Error> + Send,
 ) -> Result<T, Error> {
-    let (watch, pool) = (Watch::default(), threads.pool()?);
+    let (watch, pool) = (console.watch(), threads.pool()?);
     let done = thread::scope(|scope| {
         let _reporter = Reporter::start(scope, console, &watch, None);
         pool.install(|| work(&watch))

@@ -40,7 +40,7 @@ pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<()
     let plan = request.plan()?;
     announce_trial(console, plan.world());
     // One trial serves all numbers of shards: a second trial would measure other times.
-    let trial = thread_pool(threads)?.install(|| plan.trial())?;
+    let trial = thread_pool(threads)?.install(|| plan.trial(&console.stop))?;
     let shards = match shards {
         Some(shards) => shards,
         None => fitting(&plan, &trial, shard_minutes * 60.0)?,

@@ -76,7 +76,7 @@ pub(super) fn repair(folder: &Path, threads: ThreadOptions, console: &Console) -
 
 /// Removes the files of a bake from a folder.
 pub(super) fn clean(folder: &Path, dry: bool, console: &Console) -> Result<(), Error> {
-    let Cleaned { files, bytes, kept } = export::clean(folder, dry)?;
+    let Cleaned { files, bytes, kept } = export::clean(folder, dry, &console.watch().clock)?;
     let object = json!({
         "type": if dry { "plan" } else { "cleaned" }, "folder": folder.to_string_lossy(), "files": files, "bytes": bytes,
         "kept": kept,

@@ -26,6 +26,7 @@ use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 use tokio::time::{interval, sleep, timeout};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::explore::bakes::{Bakes, Order, typed};
 use crate::explore::cache::Cache;
@@ -44,7 +45,7 @@ use crate::generator;
 use crate::map::style::STYLES;
 use crate::memory::{Budget, Usage};
 use crate::preset::{BUILT_IN, Preset, summary};
-use crate::stop;
+use crate::stop::Stop;
 
 /// Largest number of connections at a time: a browser has six for each page. Further ones wait until one is free.
 const CONNECTIONS: usize = 96;
@@ -100,6 +101,7 @@ pub struct Server {
     address: SocketAddr,
     runtime: Runtime,
     explorer: Arc<Explorer>,
+    stop: Stop,
 }
 
 /// The state of the explorer, which all requests share.
@@ -112,11 +114,11 @@ struct Explorer {
 }
 
 impl Server {
-    /// Binds an explorer to the loopback address of this machine, which no other machine reaches.
+    /// Binds an explorer to the loopback address of this machine, which no other machine reaches. `stop` ends it.
     ///
     /// # Errors
     /// When something is wrong with the preset, the port is taken, or the folder for drawn tiles cannot be used.
-    pub fn bind(options: Options) -> Result<Server, Error> {
+    pub fn bind(options: Options, stop: &Stop) -> Result<Server, Error> {
         let Options { given, view, port, cache, cached_bytes, remembered_bytes, program, threads } = options;
         let budget = Budget::new(usize::try_from(remembered_bytes).unwrap_or(usize::MAX));
         let worlds = Worlds::new(given, budget);
@@ -131,9 +133,10 @@ impl Server {
         let address = listener.local_addr().map_err(cannot)?;
         let runtime = Builder::new_current_thread().enable_io().enable_time().max_blocking_threads(BLOCKING).build();
         let cache = cache.map(|folder| Cache::open(&folder, cached_bytes)).transpose()?;
-        let studio = Arc::new(Studio { charts: Charts::default(), cache, queue: Queue::start(threads)? });
+        let studio = Arc::new(Studio { charts: Charts::default(), cache, queue: Queue::start(threads, stop)? });
         let explorer = Explorer { view, port: address.port(), worlds, studio, bakes: Bakes::new(program) };
-        Ok(Server { listener, address, runtime: runtime.map_err(cannot)?, explorer: Arc::new(explorer) })
+        let (runtime, explorer) = (runtime.map_err(cannot)?, Arc::new(explorer));
+        Ok(Server { listener, address, runtime, explorer, stop: stop.clone() })
     }
 
     /// The address of the page.
@@ -141,12 +144,12 @@ impl Server {
         format!("http://{}/", self.address)
     }
 
-    /// Answers requests until all work of the process is [to end](stop).
+    /// Answers requests until it is stopped.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] when the process is to end; another error when the system takes the port away.
+    /// [`Error::Interrupted`] when it is stopped; another error when the system takes the port away.
     pub fn serve(self) -> Result<(), Error> {
-        let Server { listener, runtime, explorer, .. } = self;
+        let Server { listener, runtime, explorer, stop, .. } = self;
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener).map_err(Error::io("127.0.0.1"))?;
             tokio::spawn(explorer.clone().give_back());
@@ -157,9 +160,7 @@ impl Server {
                     let place = free.clone().acquire_owned().await.expect("it is never closed");
                     (listener.accept().await, place)
                 };
-                if stop::is_requested() {
-                    return Err(Error::Interrupted);
-                }
+                stop.check()?;
                 let Ok((accepted, place)) = timeout(LOOK_INTERVAL, connection).await else { continue };
                 // The client has gone already, or no file descriptor is left: wait, since the next connection may
                 // succeed.
@@ -350,7 +351,7 @@ async fn find(State(explorer): ExplorerState, Path(world): Path<String>, uri: Ur
     let malformed = |error: Error| Failure { status: StatusCode::BAD_REQUEST, ..Failure::from(error) };
     let search = Search::new(&text).map_err(malformed)?;
     let asked = json!([world, text, near_km, limit]).to_string();
-    let work = move || search.run(&opened, near_km, limit);
+    let work = move |clock: &Clock| search.run(&opened, near_km, limit, clock);
     let product = explorer.studio.queue.ask(Lane::Slow, blake3::hash(asked.as_bytes()), work)?.await?;
     Ok(([(header::CONTENT_TYPE, JSON)], product[0].clone()).into_response())
 }

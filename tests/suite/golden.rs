@@ -12,6 +12,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use terrane::area::{Area, Stride, TileId};
+use terrane::clock::Clock;
 use terrane::generator;
 use terrane::lines::LineKind;
 use terrane::map::MapPainter;
@@ -116,7 +117,10 @@ fn world(preset: &Preset, stride: Stride) -> World {
 }
 
 fn settlement(preset: &Preset) -> (i64, i64) {
-    world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560))[0].at.map(|at| at.div_euclid(48)).into()
+    world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560), &Clock::default()).unwrap()[0]
+        .at
+        .map(|at| at.div_euclid(48))
+        .into()
 }
 
 /// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset:

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use terrane::area::{Area, Region, TileId};
+use terrane::clock::Clock;
 use terrane::export::{Export, Manifest, Mode, Output, Plan};
 use terrane::land::WaterKind;
 use terrane::lines::{Line, LineKind, StructureKind};
@@ -144,7 +145,7 @@ fn masks_are_within_their_ranges_and_show_the_land() {
 
 /// The rivers of a world of which a part lies in the tile.
 fn rivers(world: &World, tile: &Tile) -> Vec<Arc<Line>> {
-    world.lines_through(LineKind::River, &tile.area())
+    world.lines_through(LineKind::River, &tile.area(), &Clock::default()).unwrap()
 }
 
 #[test]
@@ -398,7 +399,7 @@ fn splines_stay_near_their_lines_and_in_the_region() {
         };
         for (table, kind) in [("roads", LineKind::Road), ("rivers", LineKind::River)] {
             let found = splines(world, &region, &out, table);
-            let lines = world.lines_through(kind, &area);
+            let lines = world.lines_through(kind, &area, &Clock::default()).unwrap();
             let (mut knots, mut points, mut whole) = (0, 0, 0);
             for ((id, _), spline) in &found {
                 let line = lines.iter().find(|line| line.id.to_string() == *id).expect("it is one of the world's");

@@ -12,6 +12,7 @@ use gltf::buffer::Source;
 use gltf::mesh::Mode as Primitives;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
+use terrane::clock::Clock;
 use terrane::export::{Export, Manifest, MeshOptions, Mode, Output, Plan, TileNames};
 use terrane::mesh::Waterlines;
 use terrane::preset::Preset;
@@ -193,7 +194,8 @@ fn no_vertex_of_the_raster_is_further_from_a_mesh_than_the_manifest_says() {
             let tile = land_of.entry((id.x, id.y)).or_insert_with(|| Tile::new(&world, id));
             let Area { x0, y0, x1, y1 } = tile.area();
             // Below rivers the ground lies below the water, which the raster is too coarse to show.
-            let waters = Waterlines::new(&world, tile, f64::from(mesh.lod).exp2() / 32.0, 1);
+            let waters =
+                Waterlines::new(&world, tile, f64::from(mesh.lod).exp2() / 32.0, 1, &Clock::default()).unwrap();
             let is_covered = |at| waters.as_ref().is_some_and(|waters| waters.covers(at));
             let mut seen = BTreeSet::new();
             for triangle in &land.triangles {

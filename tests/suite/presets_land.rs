@@ -12,7 +12,7 @@ use terrane::world::World;
 use crate::worlds::{fluvial, fluvial_names, is_tried, lighten, shared};
 
 fn land(world: &World, area: Area) -> Land {
-    fluvial(world).land(area, &Clock::default())
+    fluvial(world).land(area, &Clock::default()).unwrap()
 }
 
 fn names() -> impl Iterator<Item = &'static str> {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::clock::Clock;
+use crate::stop::Stop;
 
 /// Progress of a bake or a map, and where its time goes. Workers report it from any thread, and a waiting thread reads
 /// it.
@@ -47,6 +48,11 @@ pub struct Progress {
 const LEAST: Duration = Duration::from_secs(1);
 
 impl Watch {
+    /// Creates the watch of work that a stop ends.
+    pub fn stopped_by(stop: &Stop) -> Watch {
+        Watch { clock: Clock::stopped_by(stop), ..Watch::default() }
+    }
+
     /// Begins a stage with nothing done, of so many things if they are counted.
     pub fn begin(&self, name: &'static str, of: Option<(u64, &'static str)>) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");

@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::values::{parse_kilometres, parse_numbers, parse_size, parse_tile};
 use crate::area::{MAX_COORDINATE, Region, TileId};
+use crate::cli::console::Console;
 use crate::error::Error;
 use crate::find;
 use crate::preset::Preset;
@@ -84,11 +85,11 @@ impl PlaceArguments {
     /// Returns the same place by numbers alone: a name is looked up in the world of a preset.
     ///
     /// # Errors
-    /// When nothing has the name.
-    pub fn located(&self, preset: &Preset, seed: Option<u64>) -> Result<PlaceArguments, Error> {
+    /// When nothing has the name, or the search is stopped.
+    pub fn located(&self, preset: &Preset, seed: Option<u64>, console: &Console) -> Result<PlaceArguments, Error> {
         let mut located = self.clone();
         if let Some(Around { middle: Middle::Named(name), km }) = &self.around {
-            let found = find::named(preset.clone(), seed, name, [0.0; 2])?;
+            let found = find::named(preset.clone(), seed, name, [0.0; 2], &console.watch().clock)?;
             located.around = Some(Around { middle: Middle::At(found.at_km), km: km.or(Some(found.around_km)) });
         }
         Ok(located)

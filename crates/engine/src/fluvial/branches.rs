@@ -482,7 +482,7 @@ mod tests {
             let apex = fluvial.in_world(branch.knots[branch.knots.len() / 2].at);
             let [x, y] = [apex.x, apex.y].map(|grains| grains.div_euclid(GRAINS));
             let area = Area::new(x - 24, y - 24, 48, 48);
-            let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(area, &Clock::default()));
+            let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(area, &Clock::default()).unwrap());
             let [water, dry] = [&land, &before].map(|land| land.water.as_ref().unwrap());
             let is_wet = |x, y| water.kind.at(x, y) == WaterKind::River && dry.kind.at(x, y) == WaterKind::Dry;
             wetter += usize::from(area.vertices().any(|(x, y)| is_wet(x, y)));
@@ -504,7 +504,7 @@ mod tests {
         assert!(wetter >= 3, "{wetter} of four branches are seen");
         // Land far from all branches is the same too.
         let far = Area::new(0, 0, 256, 256);
-        let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(far, &Clock::default()));
+        let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(far, &Clock::default()).unwrap());
         same += land.heights.values().iter().zip(before.heights.values()).filter(|(a, b)| a == b).count();
         assert!(same > 1000, "{same} vertices are as they were");
     }

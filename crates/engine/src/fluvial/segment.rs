@@ -284,7 +284,7 @@ impl Segment {
     }
 }
 
-/// SegmentBounds of the places and values of some segments.
+/// Bounds of the places and values of some segments.
 #[derive(Clone, Copy, Debug)]
 pub struct SegmentBounds {
     /// The corners of their bounding box.

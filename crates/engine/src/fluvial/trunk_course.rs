@@ -59,7 +59,7 @@ const WAVE_TURNS: (f64, f64) = (0.7, 0.3);
 /// turns by at most 60 degrees.
 const MOST_SKEW: f64 = 0.6;
 
-/// Parts of a trunk's course for each of which the room beside it is measured.
+/// Number of parts of a trunk's course. The room beside the trunk is measured for each part.
 const ROOMS: usize = 32;
 
 /// Greatest distance of a trunk from its course, as a share of its length.
@@ -82,8 +82,8 @@ pub struct TrunkCourses {
     seed: u64,
     fields: Arc<Fields>,
     nodes: Trunks,
-    /// For each of [`BENDS`], the curves of the trunks. After the first, only curves that differ from the one with the
-    /// bend before.
+    /// For each of [`BENDS`], the curves of the trunks. After the first bend, only curves that differ from those with
+    /// the bend before are kept.
     bent: [Memory<NodeId, Option<Arc<Channel>>>; BENDS.len()],
     free: Memory<NodeId, Option<Arc<Channel>>>,
 }

@@ -13,10 +13,11 @@ use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::geometry::{LineSegment, lerp};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Half width in vertices of the widest bed of a brook, for places where the warp draws vertices apart.
 const MOST_HALF_WIDTH: f64 = 3.0;
@@ -247,7 +248,7 @@ impl<'a> FillWater<'a> {
     }
 
     /// Returns heights and water of an area, whose [`input`] must lie within the nodes.
-    pub fn fill(&self, area: Area) -> Land {
+    pub fn fill(&self, area: Area, clock: &Clock) -> Result<Land, Stopped> {
         let (mut heights, mut water) = (Grid::filled(area, 0.0), Water::none(area));
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
         let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), BoundingBox::NONE);
@@ -256,7 +257,7 @@ impl<'a> FillWater<'a> {
             *bounds = self.bounds(block);
         }
         wet_blocks(bounds.area(), &bounds, &self.wet, &mut |at, wet| {
-            stop::check();
+            clock.check()?;
             let block = block(area, at);
             for y in block.y0..block.y1 {
                 let heights = heights.row_mut(y, block.x0, block.x1);
@@ -273,8 +274,9 @@ impl<'a> FillWater<'a> {
                     flow_m3s[column] = vertex.flow_m3s;
                 }
             }
-        });
-        Land { heights, water: Some(water) }
+            Ok(())
+        })?;
+        Ok(Land { heights, water: Some(water) })
     }
 
     /// Returns the bounds of the displaced nodes of a block, in the plane of the network.
@@ -488,8 +490,8 @@ fn wet_blocks(
     part: Area,
     bounds: &Grid<BoundingBox>,
     wet: &[WetSegment],
-    take: &mut impl FnMut([i64; 2], &[WetSegment]),
-) {
+    take: &mut impl FnMut([i64; 2], &[WetSegment]) -> Result<(), Stopped>,
+) -> Result<(), Stopped> {
     let bounds_of_part = part.vertices().fold(BoundingBox::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
     let (middle, half) = bounds_of_part.middle_and_half();
     let holds = |wet: &WetSegment| wet.line.touches(middle.into(), wet.reach + half);
@@ -497,9 +499,7 @@ fn wet_blocks(
     if part.len() == 1 {
         return take([part.x0, part.y0], &wet);
     }
-    for half in part.halves() {
-        wet_blocks(half, bounds, &wet, take);
-    }
+    part.halves().into_iter().try_for_each(|half| wet_blocks(half, bounds, &wet, take))
 }
 
 /// The bounding box of places.
@@ -557,7 +557,7 @@ mod tests {
             let bend = fluvial.in_world(trunk.knots[*knot].at);
             let [x, y] = [bend.x, bend.y].map(|grains| grains.div_euclid(GRAINS));
             let area = Area::new(x - 12, y - 12, 24, 24);
-            let land = fluvial.land(area, &Clock::default());
+            let land = fluvial.land(area, &Clock::default()).unwrap();
             let water = land.water.unwrap();
             let nodes = fluvial.warp.fill(area, 1);
             let own: Vec<Segment> = segments_of(fluvial.fields(), trunk, 0, trunk.knots[0].at, |_| true).collect();

@@ -7,10 +7,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::fluvial::survey::{RiverPiece, Sampling, Survey};
+use crate::fluvial::survey::{RiverPiece, Sampling, Survey, Surveyed};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Remembers, heap_bytes};
+use crate::stop::Stopped;
 
 /// A node of the plan: column and row, counted from the world's origin or from a window's first node.
 pub(super) type PlanNode = [i64; 2];
@@ -157,12 +158,12 @@ impl PlanLand {
     /// accepts are surveyed; the rest is level and dry.
     pub fn window(
         &self,
-        land: &dyn Survey,
+        land: Surveyed<'_>,
         rivers: &PlanRivers,
         at: PlanNode,
         (cols, rows): (usize, usize),
         is_looked_at: impl Fn(Area) -> bool,
-    ) -> Window {
+    ) -> Result<Window, Stopped> {
         let mut window = Window {
             at,
             cols,
@@ -178,7 +179,8 @@ impl PlanLand {
             if !is_looked_at(own) {
                 continue;
             }
-            let block = self.block(land, [bx, by]);
+            land.clock.check()?;
+            let block = self.block(land.survey, [bx, by]);
             let part = area.common(&own).expect("the block lies under the window");
             copy(&block.heights_m, own, &mut window.heights_m, area, part);
             copy(&block.waters, own, &mut window.waters, area, part);
@@ -187,12 +189,13 @@ impl PlanLand {
             squares.extend(Area::new(x0, y0, side, side).square_numbers(rivers.side));
         }
         for square in squares {
-            window.rivers.extend(rivers.of(land, square).iter());
+            land.clock.check()?;
+            window.rivers.extend(rivers.of(land.survey, square).iter());
         }
         // A piece that touches several squares is listed by each of them.
         window.rivers.sort_by_key(RiverPiece::key);
         window.rivers.dedup_by_key(|piece| piece.key());
-        window
+        Ok(window)
     }
 
     fn block(&self, land: &dyn Survey, at: [i64; 2]) -> Arc<PlanBlock> {

@@ -163,7 +163,7 @@ impl<'a> TileView<'a> {
 /// there.
 fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
     let wide = input(area);
-    let land = world.relief().land(wide, &Clock::default());
+    let land = Clock::unstopped(|clock| world.relief().land(wide, clock));
     let mut levels_m = land.heights;
     if let Some(water) = land.water {
         for (level_m, depth_m) in levels_m.values_mut().iter_mut().zip(water.depth_m.values()) {
@@ -173,7 +173,7 @@ fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
     }
     if world.stride() == Stride::ONE {
         // Agents' rivers run in the beds that they dig, so the beds are dug first.
-        let lines = world.lines(&wide);
+        let lines = Clock::unstopped(|clock| world.lines(&wide, clock));
         let rivers = lines.iter().map(AsRef::as_ref).filter(|line| line.kind == LineKind::River);
         if let Some(imprint) = Imprint::new(&levels_m, None, rivers) {
             imprint.shape(&mut levels_m, None);

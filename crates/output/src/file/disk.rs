@@ -125,6 +125,16 @@ pub fn sync_folder(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// Returns the free bytes of the file system where a path will be. None if the file system does not tell: then the bake
+/// goes on, and fails later if there is too little room.
+pub(crate) fn free_bytes(path: &Path) -> Option<u64> {
+    // The folder may not exist yet; the nearest existing folder above it is on the same disk.
+    let existing = path.ancestors().find(|part| part.exists()).unwrap_or(Path::new("."));
+    let existing = if existing.as_os_str().is_empty() { Path::new(".") } else { existing };
+    let room = fs4::statvfs(existing).ok().filter(|room| room.total_space() > 0)?;
+    Some(room.available_space())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

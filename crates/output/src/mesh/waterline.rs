@@ -12,11 +12,13 @@ use glam::{DVec2, dvec2};
 
 use super::PARTS;
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::contour::{Edge, chains, square};
 use crate::geometry::{LineSegment, furthest, simplified};
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::{Line, LineKind, LinePoint};
+use crate::stop::Stopped;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -159,15 +161,24 @@ impl Waterlines {
     /// Finds the waters of a tile; `None` if there are none. Lines may be off by `tolerance` cells to the side. Places
     /// are multiples of `grain` [parts](PARTS) of a cell, a power of two, so different points are at least that far
     /// apart.
-    pub fn new(world: &World, tile: &Tile, tolerance: f64, grain: i64) -> Option<Waterlines> {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn new(
+        world: &World,
+        tile: &Tile,
+        tolerance: f64,
+        grain: i64,
+        clock: &Clock,
+    ) -> Result<Option<Waterlines>, Stopped> {
         let area = tile.area();
         let near = area.padded(AROUND);
-        let lines = world.lines_through(LineKind::River, &near);
+        let lines = world.lines_through(LineKind::River, &near, clock)?;
         let courses: Vec<CentreLine> =
             lines.iter().map(|line| CentreLine::new(line, &area, tolerance, grain)).collect();
         let standing = Standing::new(world, tile, &courses);
         if courses.is_empty() && standing.wet.values().iter().all(Option::is_none) {
-            return None;
+            return Ok(None);
         }
         let cells = area.width() - 1;
         let reaches = Reaches::new(&courses, cells);
@@ -176,7 +187,7 @@ impl Waterlines {
         waters.cover();
         waters.add_shores(tolerance);
         waters.add_rivers();
-        (!waters.lines.is_empty() || waters.standing.has_any(area)).then_some(waters)
+        Ok((!waters.lines.is_empty() || waters.standing.has_any(area)).then_some(waters))
     }
 
     /// Returns all points, no two of them at the same place.

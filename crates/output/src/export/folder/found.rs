@@ -9,9 +9,10 @@ use crate::export::Plan;
 use crate::export::folder::check::told;
 use crate::export::folder::lock;
 use crate::export::folder::manifest::{self, Manifest};
-use crate::export::folder::{PLAN, WORK, free_bytes, size};
+use crate::export::folder::{PLAN, WORK, size};
 use crate::export::plan::Bytes;
 use crate::export::plan::cost::Cost;
+use crate::file::free_bytes;
 
 /// The treatment of what is already in the folder of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -94,10 +94,12 @@ impl AtlasFiles {
         texts: &Texts,
         watch: &Watch,
     ) -> Result<WrittenAtlas, Error> {
-        let chart_of = |scale| Chart::made_by(&maker, world, style.clone(), scale);
+        let chart_of = |scale| Chart::made_by(&maker, world, style.clone(), scale, &watch.clock);
         let layout = &self.layout;
         let (files, missing) = (Vec::new(), BTreeSet::new());
-        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files, missing };
+        // The caller's watch counts whole sheets, so the pictures get their own.
+        let of_pictures = Watch::stopped_by(watch.clock.stop());
+        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files, missing, watch: of_pictures };
         let (scale, map) = layout.index();
         let index = book.path(INDEX);
         // Prepared before anything is drawn, so that a folder that cannot be written to is an error at once.
@@ -109,7 +111,7 @@ impl AtlasFiles {
         let chart = chart_of(scale)?;
         let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
         let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
-        let picture = Sheet::picture(&chart, map, &captions.furniture, watch);
+        let picture = Sheet::picture(&chart, map, &captions.furniture, watch)?;
         watch.begin("drawing the index", None);
         // All sheets have the same size, whatever their legends explain.
         let page = Sheet::area(map, (style, scale), &captions_of_index);
@@ -127,7 +129,7 @@ impl AtlasFiles {
                 neighbours: layout.neighbours(place),
                 ..captions.clone()
             };
-            let picture = Sheet::picture(&chart, layout.map(place), &captions.furniture, &Watch::default());
+            let picture = Sheet::picture(&chart, layout.map(place), &captions.furniture, &book.watch)?;
             gazetteer.add(place, &picture);
             let page = Sheet::area(picture.area(), (style, layout.scale()), &captions);
             let sheet = Sheet::on_page(&picture, &captions, page);
@@ -164,6 +166,7 @@ struct Book<'a> {
     pages: usize,
     files: Vec<PathBuf>,
     missing: BTreeSet<char>,
+    watch: Watch,
 }
 
 impl Book<'_> {
@@ -186,13 +189,12 @@ impl Book<'_> {
             let page = sheet.page();
             // The number of the gazetteer's sheets is not known earlier, so their files are checked here.
             let file = MapPicture::new(&path, (page.width(), page.height()), self.atlas.overwrite)?;
-            // The caller's watch counts whole sheets, so the picture gets its own.
-            file.write(sheet, scale, self.texts, &Watch::default())?;
+            file.write(sheet, scale, self.texts, &self.watch)?;
             self.files.push(path);
         }
         if let Some(pdf) = &mut self.pdf {
             let mut page = pdf.page(self.pages, sheet.page(), scale, Lettering::Text);
-            sheet.plot(&mut page, &Watch::default())?;
+            sheet.plot(&mut page, &self.watch)?;
             for (part, target) in links {
                 page.link(part, target);
             }
