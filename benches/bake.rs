@@ -1,4 +1,4 @@
-//! The whole bake: seconds, share of time per stage and peak memory, as the tables of the README.
+//! The whole bake: seconds, share of time per stage and peak memory, as the tables of docs/speed.md.
 //!
 //! `cargo bench --bench bake` bakes 8192 x 8192 vertices of each preset named below with the default exports, on all
 //! cores, and then 32768 x 32768 vertices to a sink that only hashes, on two threads. It needs 2 GB of disk.

@@ -1,4 +1,4 @@
-//! Fluvial tiles on one thread: nanoseconds a vertex by stage, as the table of the README.
+//! Fluvial tiles on one thread: nanoseconds a vertex by stage, as the tables of docs/speed.md.
 //!
 //! `cargo bench --bench fluvial` makes 16 x 16 tiles of each fluvial preset from nothing, channels and roads among them.
 //! `TERRANE_SIMD=avx2` and the like choose the instruction set.
@@ -39,7 +39,8 @@ fn main() {
         if preset.fluvial.is_none() {
             continue;
         }
-        // Roads ask for channels before the land does, which then finds them made: the land is timed in a world without.
+        // Roads ask for channels before the land does, which then finds them made: the land is timed in a world
+        // without.
         let with_roads = spent(preset.clone());
         preset.places = None;
         let land_alone = spent(preset);
@@ -58,7 +59,7 @@ fn spent(preset: Preset) -> Vec<(String, f64)> {
     let world = World::new(preset, None).expect("built-in presets are sound");
     let (clock, cells) = (Clock::default(), world.tile_cells() as i64);
     for tile in 0..TILES * TILES {
-        Tile::timed(&world, TileId { x: tile % TILES, y: tile / TILES }, &clock);
+        Tile::timed(&world, TileId { x: tile % TILES, y: tile / TILES }, &clock).unwrap();
     }
     let vertices = (TILES * TILES * cells * cells) as f64;
     clock.stages().into_iter().map(|(stage, time)| (stage, time.as_nanos() as f64 / vertices)).collect()

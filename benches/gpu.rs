@@ -1,12 +1,14 @@
-//! Land of noise and tiles of it on every GPU that is there, beside the CPU: vertices a second, and whether the bits are the same.
+//! Land of noise and tiles of it on every GPU that is there, beside the CPU: vertices a second, and whether the bits
+//! are the same.
 //!
 //! `cargo bench --bench gpu`. The kernels alone, in groups of three sizes; all that comes back to the CPU; and the CPU on one thread
 //! and on all.
 //!
-//! How far from the limits of an H200 (132 multiprocessors of 128 lanes at 2 GHz, 4.8 TB/s): the thesis' eight octaves take about 1,400
-//! instructions a vertex, of which a third are the exclusive ors that keep products and sums apart, so 10^10 vertices a second are 43 %
-//! of what it can issue; the 4 bytes that each vertex is written as are 1 % of what its memory takes. Of a tile 28 bytes a vertex come
-//! back: 10^9 vertices a second would be 28 GB/s through the bus and into memory that is cleared first, of which 8 GB/s were reached.
+//! How far from the limits of an H200 (132 multiprocessors of 128 lanes at 2 GHz, 4.8 TB/s): the thesis' eight octaves
+//! take about 1,400 instructions a vertex, of which a third are the exclusive ors that keep products and sums apart, so
+//! 10^10 vertices a second are 43 % of what it can issue; the 4 bytes that each vertex is written as are 1 % of what
+//! its memory takes. Of a tile 28 bytes a vertex come back: 10^9 vertices a second would be 28 GB/s through the bus and
+//! into memory that is cleared first, of which 8 GB/s were reached.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -80,13 +82,13 @@ fn cpu(world: &World) {
     println!("  {:44} {}", "CPU, one thread", rate(512 * 512, one));
     let (threads, maker) = (rayon::current_num_threads(), Cpu::maker(relief));
     let areas = areas(256, 4 * threads);
-    let all = best(ROUNDS, || drop(black_box(maker.lands(&areas, &Clock::default()))));
+    let all = best(ROUNDS, || drop(black_box(maker.lands(&areas, &Clock::default()).unwrap())));
     println!("  {:44} {}", format!("CPU, {threads} threads"), rate(areas.len() * 256 * 256, all));
     let count = 4 * threads;
     let tiles = best(ROUNDS, || {
         plans(world, count)
             .into_par_iter()
-            .for_each(|plan| drop(black_box(maker.tiles(world, vec![plan], &Clock::default()))));
+            .for_each(|plan| drop(black_box(maker.tiles(world, vec![plan], &Clock::default()).unwrap())));
     });
     let vertices = count * (world.tile_cells() as usize + 1).pow(2);
     println!("  {:44} {}", format!("CPU, {threads} threads, whole tiles"), rate(vertices, tiles));
@@ -100,7 +102,7 @@ fn areas(side: usize, count: usize) -> Vec<Area> {
 /// Plans of some tiles side by side.
 fn plans(world: &World, count: usize) -> Vec<TilePlan> {
     let id = |index: usize| TileId { x: 4 + index as i64, y: -12 };
-    (0..count).map(|index| TilePlan::new(world, id(index), &Clock::default())).collect()
+    (0..count).map(|index| TilePlan::new(world, id(index), &Clock::default()).unwrap()).collect()
 }
 
 fn gpu(adapter: &Adapter, world: &World) {
@@ -132,13 +134,13 @@ fn gpu(adapter: &Adapter, world: &World) {
         println!("  {:44} {}", format!("{title}, tiles"), kernels(shaped_input(world, cells), Some(cells)));
         if group_side == 8 {
             let (areas, clock) = (areas(SIDE, AREAS), Clock::default());
-            let back = best(rounds, || drop(black_box(maker.lands(&areas, &clock))));
+            let back = best(rounds, || drop(black_box(maker.lands(&areas, &clock).unwrap())));
             println!("  {:44} {}", "read back", rate(AREAS * SIDE * SIDE, back));
             let wide = World::new(world.preset().clone(), None).expect("it is sound").with_tile_cells(SIDE as u32);
-            let back = best(rounds, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+            let back = best(rounds, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock).unwrap())));
             println!("  {:44} {}", "tiles read back", rate(AREAS * (SIDE + 1).pow(2), back));
             let clock = Clock::default();
-            let whole = best(1, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock))));
+            let whole = best(1, || drop(black_box(maker.tiles(&wide, plans(&wide, AREAS), &clock).unwrap())));
             let stages = clock.stages().into_iter().map(|(stage, spent)| format!("{stage} {spent:.1?}"));
             println!("    of {whole:.1?}: {}", stages.collect::<Vec<_>>().join(", "));
         }

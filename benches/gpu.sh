@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# All that is measured on a GPU, in one run: the kernels, and the land and the tiles that come back (README), whether bakes and maps
+# All that is measured on a GPU, in one run: the kernels, and the land and the tiles that come back (docs/speed.md), whether bakes and maps
 # have the same bytes, how long they take, and the experiment's columns.
 #
 #     benches/gpu.sh [FOLDER]

@@ -1,13 +1,14 @@
-//! Meshes side by side with the method that is published for them: triangles and time, as the table of the README.
+//! Meshes side by side with the method that is published for them: triangles and time, as the tables of docs/speed.md.
 //!
 //! `cargo bench --bench mesh`. One thread. The peer is plain greedy insertion as hmm and delatin do it, made anew below:
-//! Garland & Heckbert's refinement of a Delaunay triangulation from two triangles on, with floats, borders free, and a heap
-//! that knows where each triangle stands. Both get the same heights and the same bound, and take turns.
+//! Garland & Heckbert's refinement of a Delaunay triangulation from two triangles on, with floats, borders free, and a
+//! heap that knows where each triangle stands. Both get the same heights and the same bound, and take turns.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use terrane::area::{Area, TileId};
+use terrane::clock::Clock;
 use terrane::grid::Grid;
 use terrane::mesh::Surface;
 use terrane::preset::Preset;
@@ -37,8 +38,14 @@ fn contest(name: &str, tiles: i64, cells: u32) {
     let range_m = values().fold(f32::NEG_INFINITY, |most, height_m| most.max(*height_m))
         - values().fold(f32::INFINITY, |least, height_m| least.min(*height_m));
     for bound_m in [range_m as f64 * 0.001, 1.0, 2.0, 4.0, 8.0, 16.0] {
-        let ours =
-            || lands.iter().map(|land| Surface::simplified(land, land.area(), bound_m, None).triangles.len()).sum();
+        let ours = || {
+            lands
+                .iter()
+                .map(|land| {
+                    Surface::simplified(land, land.area(), bound_m, None, &Clock::default()).unwrap().triangles.len()
+                })
+                .sum()
+        };
         let peers =
             || lands.iter().map(|land| peer::triangles(land.values(), cells as usize + 1, bound_m as f32)).sum();
         let ([triangles, peer_triangles], [ms, peer_ms]) = take_turns(&ours, &peers);

@@ -1,4 +1,4 @@
-//! Noise side by side with two well-known crates: nanoseconds a vertex at every instruction set, as the README's table.
+//! Noise side by side with two well-known crates: nanoseconds a vertex at every instruction set, as in docs/speed.md.
 //!
 //! `cargo bench --bench noise`. One thread, 8 octaves with the thesis' parameters, vertices 1 m apart. All contestants take
 //! turns, and each is given its best round, so that a busy machine slows none of them alone.

@@ -1,18 +1,10 @@
-// Inputs of all kernels: see src/device/gpu/bands.rs.
+// Inputs of all kernels: see src/device/gpu/bands.rs. Structs and constants that Rust has too come before this file: see
+// src/wgsl.rs.
 
 // Side of a workgroup in threads.
 override SIDE: u32 = 8u;
 
-struct Job {
-    // Zero, which no compiler can know.
-    zero: u32,
-    // Number of words per block.
-    block_words: u32,
-    // Offset of the ground rule in `same`.
-    rule: u32,
-}
-
-@group(0) @binding(0) var<uniform> job: Job;
+@group(0) @binding(0) var<uniform> job: KernelJob;
 // Words that are the same for all submissions: the relief and the ground rule.
 @group(0) @binding(1) var<storage, read> same: array<u32>;
 // Words of this submission: the table of bands, then blocks, then lines.
@@ -35,7 +27,3 @@ fn plane_f32(at: u32) -> f32 {
 fn put_f32(at: u32, value: f32) {
     planes[at] = bitcast<u32>(value);
 }
-
-// Size of the table of bands: words per band, and number of bands.
-const BAND_WORDS: u32 = 16u;
-const BANDS: u32 = 64u;

@@ -13,25 +13,12 @@ struct Place {
 
 // As in lattice.rs.
 
-const LANE_FRACTION_BITS: u32 = 23u;
-const LANE_FRACTION: u32 = 0x7fffffu;
-
 fn hash_gradient(u: u32, v: u32) -> u32 {
-    let both = (u * 0x9e3779b1u) ^ (v * 0x85ebca77u);
-    let once = (both ^ (both >> 16u)) * 0x7feb352du;
-    let twice = (once ^ (once >> 15u)) * 0x846ca68bu;
+    let both = (u * HASH_U) ^ (v * HASH_V);
+    let once = (both ^ (both >> 16u)) * HASH_ONCE;
+    let twice = (once ^ (once >> 15u)) * HASH_TWICE;
     return twice >> 28u;
 }
-
-// Offsets in the words of an octave: see src/noise/gpu_words.rs.
-const OCTAVE_WORDS: u32 = 136u;
-const BLOCK_AT: u32 = 1u;
-const OFFSET: u32 = 2u;
-const AMPLITUDE: u32 = 3u;
-const METRES: u32 = 4u;
-const GRADIENTS: u32 = 8u;
-const COLUMNS: u32 = 40u;
-const ROWS: u32 = 104u;
 
 fn bump(t: f32, slope: f32) -> f32 {
     let above = max(t, 0.0);
@@ -47,35 +34,30 @@ fn lattice_bump(octave: u32, t: f32, u: u32, v: u32, du: f32, dv: f32) -> f32 {
 
 // As in splat.rs.
 
-const POINT_ROWS: i32 = 5;
-const POINT_COLUMNS: i32 = 6;
-const POINT_ROW_WORDS: u32 = 20u;
-const SQRT_2: f32 = 1.4142135;
-// 1 / EDGE of lattice.rs.
-const POINTS_A_UNIT: f32 = 1.2247449;
 // Largest distance of a point that reaches a vertex, in rows of points, plus a little more than the rounding error.
 const REACH_ROWS: f32 = 1.0002;
 
 fn splat_noise(octave: u32, place: Place) -> f32 {
-    let at = place.block + same[octave + BLOCK_AT];
+    let at = place.block + same_OctaveWords(octave).block_at;
     let x = same_f32(octave + COLUMNS + place.column);
     let y = same_f32(octave + ROWS + place.row);
-    let row = own_f32(at) + y * SQRT_2;
+    let row = own_f32(at) + y * V_SOUTH;
     // Adds only the bumps that reach the vertex, in the order of rows and columns; all others are zero. The rounded
     // numbers here only select points.
     let last_row = min(i32(floor(row + REACH_ROWS)), POINT_ROWS - 1);
     var sum = 0.0;
     for (var r = max(i32(ceil(row - REACH_ROWS)), 0); r <= last_row; r += 1) {
         let row_at = at + 1u + u32(r) * POINT_ROW_WORDS;
-        let dy = add(y, own_f32(row_at));
+        let points = own_PointRowWords(row_at);
+        let dy = add(y, points.dy);
         let base = sub(0.5, mul(dy, dy));
-        let first = i32(floor(own_f32(row_at + 1u) + x * POINTS_A_UNIT));
+        let first = i32(floor(points.x + x * U_EAST));
         let last = min(first + 1, POINT_COLUMNS - 1);
         for (var c = max(first, 0); c <= last; c += 1) {
-            let point = row_at + 2u + u32(c) * 3u;
-            let dx = add(x, own_f32(point));
+            let point = own_PointWords(row_at + POINT_ROW_START + u32(c) * POINT_WORDS);
+            let dx = add(x, point.dx);
             let t = sub(base, mul(dx, dx));
-            let slope = add(mul(dx, own_f32(point + 1u)), mul(dy, own_f32(point + 2u)));
+            let slope = add(mul(dx, point.gradient.x), mul(dy, point.gradient.y));
             sum = add(sum, bump(t, slope));
         }
     }
@@ -91,20 +73,18 @@ fn row_bump(octave: u32, u: u32, v: u32, du: f32, dv: f32, base: f32) -> f32 {
 // Returns the sum of the bumps of one row of points: 0 is the northern row, 1 the southern.
 fn row_bumps(octave: u32, at: u32, side: u32, column: u32) -> f32 {
     let v = own[at] + side;
-    let side_at = at + 1u + 4u * side;
-    let dv = own_f32(side_at + 2u);
-    let base = own_f32(side_at + 3u);
-    let along = same[octave + COLUMNS + column] + own[side_at + 1u];
-    let u = own[side_at] + (along >> LANE_FRACTION_BITS);
+    let points = own_SideWords(at + 1u + SIDE_WORDS * side);
+    let along = same[octave + COLUMNS + column] + points.along;
+    let u = points.u + (along >> LANE_FRACTION_BITS);
     // Puts the fraction into the mantissa of a float from 1 to 2.
     let from_one = bitcast<f32>((along & LANE_FRACTION) | 0x3f800000u);
-    let west = row_bump(octave, u, v, sub(from_one, 1.0), dv, base);
-    let east = row_bump(octave, u + 1u, v, sub(from_one, 2.0), dv, base);
+    let west = row_bump(octave, u, v, sub(from_one, 1.0), points.dv, points.base);
+    let east = row_bump(octave, u + 1u, v, sub(from_one, 2.0), points.dv, points.base);
     return add(west, east);
 }
 
 fn row_wise_noise(octave: u32, place: Place) -> f32 {
-    let at = place.block + same[octave + BLOCK_AT] + 9u * place.row;
+    let at = place.block + same_OctaveWords(octave).block_at + BETWEEN_WORDS * place.row;
     return add(row_bumps(octave, at, 0u, place.column), row_bumps(octave, at, 1u, place.column));
 }
 
@@ -138,11 +118,15 @@ fn noise_in_cells(octave: u32, u: u32, v: u32, cell_u: u32, cell_v: u32) -> f32 
     return add(add(bump0, bump1), bump2);
 }
 
+fn row_start(octave: u32, place: Place) -> StartWords {
+    return own_StartWords(place.block + same_OctaveWords(octave).block_at + START_WORDS * place.row);
+}
+
 fn simplex_noise(octave: u32, place: Place) -> f32 {
-    let at = place.block + same[octave + BLOCK_AT] + 4u * place.row;
-    let u = same[octave + COLUMNS + place.column] + own[at + 2u];
-    let v = own[at + 3u];
-    return noise_in_cells(octave, u, v, own[at] + (u >> LANE_FRACTION_BITS), own[at + 1u]);
+    let start = row_start(octave, place);
+    let u = same[octave + COLUMNS + place.column] + start.fraction.x;
+    let v = start.fraction.y;
+    return noise_in_cells(octave, u, v, start.cell.x + (u >> LANE_FRACTION_BITS), start.cell.y);
 }
 
 // A number of cells: the whole cells, and the rest in the fixed point of positions, at most half a cell either way.
@@ -157,36 +141,29 @@ fn split(cells: f32) -> Split {
 }
 
 fn noise_warped(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    let at = place.block + same[octave + BLOCK_AT] + 4u * place.row;
-    let metres = octave + METRES;
-    let split_u = split(add(
-        mul(displaced_m.x, same_f32(metres)),
-        mul(displaced_m.y, same_f32(metres + 1u)),
-    ));
-    let split_v = split(mul(displaced_m.y, same_f32(metres + 2u)));
-    let u = bitcast<i32>(same[octave + COLUMNS + place.column] + own[at + 2u]) + split_u.rest;
-    let v = bitcast<i32>(own[at + 3u]) + split_v.rest;
+    let start = row_start(octave, place);
+    let metres = same_OctaveWords(octave).metres;
+    let split_u = split(add(mul(displaced_m.x, metres.x), mul(displaced_m.y, metres.y)));
+    let split_v = split(mul(displaced_m.y, metres.z));
+    let u = bitcast<i32>(same[octave + COLUMNS + place.column] + start.fraction.x) + split_u.rest;
+    let v = bitcast<i32>(start.fraction.y) + split_v.rest;
     // Signed, because a displacement may lead back to before the row's first cell.
-    let cell_u = own[at] + bitcast<u32>((u >> LANE_FRACTION_BITS) + split_u.whole);
-    let cell_v = own[at + 1u] + bitcast<u32>((v >> LANE_FRACTION_BITS) + split_v.whole);
+    let cell_u = start.cell.x + bitcast<u32>((u >> LANE_FRACTION_BITS) + split_u.whole);
+    let cell_v = start.cell.y + bitcast<u32>((v >> LANE_FRACTION_BITS) + split_v.whole);
     return noise_in_cells(octave, bitcast<u32>(u), bitcast<u32>(v), cell_u, cell_v);
 }
 
 // As in fractal.rs and fold.rs.
 
-const FBM: u32 = 0u;
-const RIDGED: u32 = 1u;
-const HYBRID: u32 = 2u;
-
 fn octave_noise(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    switch same[octave] {
-        case 0u: {
+    switch same_OctaveWords(octave).method {
+        case SPLAT: {
             return splat_noise(octave, place);
         }
-        case 1u: {
+        case ROW_WISE: {
             return row_wise_noise(octave, place);
         }
-        case 2u: {
+        case SIMPLEX: {
             return simplex_noise(octave, place);
         }
         default: {
@@ -197,28 +174,27 @@ fn octave_noise(octave: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
 
 // Adds up the octaves; `value` and `weight` are carried from octave to octave, like `State` in fold.rs.
 fn fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    let kind = same[at];
-    let count = same[at + 1u];
+    let kind = same_FractalWords(at).kind;
+    let count = same_FractalWords(at).octaves;
     var value = 0.0;
     var weight = 0.0;
     for (var index = 0u; index < count; index += 1u) {
-        let octave = at + 2u + index * OCTAVE_WORDS;
+        let octave = at + FRACTAL_WORDS + index * OCTAVE_WORDS;
+        let step = same_OctaveWords(octave);
         let noise = octave_noise(octave, place, displaced_m);
-        let offset = same_f32(octave + OFFSET);
-        let amplitude = same_f32(octave + AMPLITUDE);
         if kind == FBM {
             value = select(add(value, noise), noise, index == 0u);
         } else if kind == RIDGED {
-            let ridge = sub(offset, abs(noise));
+            let ridge = sub(step.offset, abs(noise));
             var signal = mul(ridge, ridge);
             if index != 0u {
                 signal = mul(signal, weight);
             }
-            let raised = mul(signal, amplitude);
+            let raised = mul(signal, step.amplitude);
             value = select(add(value, raised), raised, index == 0u);
             weight = min(signal, 1.0);
         } else {
-            let lifted = add(noise, offset);
+            let lifted = add(noise, step.offset);
             if index == 0u {
                 value = lifted;
                 weight = lifted;
@@ -235,81 +211,76 @@ fn fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
 
 // As in strided.rs: a fractal, and its correction to the mean of all octaves.
 
-const MEAN_WORDS: u32 = 5u;
-
 fn strided_fractal(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
     let value = fractal(at + MEAN_WORDS, place, displaced_m);
-    if same[at] == 0u {
+    let mean = same_MeanWords(at);
+    if mean.is_meant == 0u {
         return value;
     }
-    let moved = add(mul(value, same_f32(at + 1u)), same_f32(at + 2u));
-    return clamp(moved, same_f32(at + 3u), same_f32(at + 4u));
+    return clamp(add(mul(value, mean.scale), mean.shift), mean.low, mean.high);
 }
 
 // As in curve.rs.
 
 fn curve(at: u32, value: f32) -> f32 {
-    var sum = same_f32(at);
-    let count = same[at + 3u];
-    for (var index = 0u; index < count; index += 1u) {
-        let ramp = at + 4u + 3u * index;
-        let climbed = clamp(sub(value, same_f32(ramp)), 0.0, same_f32(ramp + 1u));
-        sum = add(sum, mul(climbed, same_f32(ramp + 2u)));
+    let curve = same_CurveWords(at);
+    var sum = curve.start;
+    for (var index = 0u; index < curve.ramps; index += 1u) {
+        let ramp = same_RampWords(at + CURVE_WORDS + RAMP_WORDS * index);
+        sum = add(sum, mul(clamp(sub(value, ramp.begin), 0.0, ramp.width), ramp.slope));
     }
-    return clamp(sum, same_f32(at + 1u), same_f32(at + 2u));
+    return clamp(sum, curve.low, curve.high);
 }
 
 // As in noise.rs.
 
 fn share(at: u32, place: Place, displaced_m: vec2<f32>) -> f32 {
-    let noise = strided_fractal(at + 2u, place, displaced_m);
-    let t = clamp(add(mul(noise, same_f32(at)), same_f32(at + 1u)), 0.0, 1.0);
+    let mask = same_ShareWords(at);
+    let noise = strided_fractal(at + SHARE_WORDS, place, displaced_m);
+    let t = clamp(add(mul(noise, mask.scale), mask.shift), 0.0, 1.0);
     return mul(mul(t, t), sub(3.0, mul(2.0, t)));
 }
 
-const TERM_WORDS: u32 = 5u;
-
 // Returns the height of a vertex in the relief whose words begin at `at`.
 fn height(at: u32, place: Place) -> f32 {
+    let relief = same_ReliefWords(at);
     var displaced_m = vec2(0.0, 0.0);
-    if same[at] != 0u {
-        let distance_m = same_f32(at + 2u);
+    if relief.east != 0u {
         displaced_m = vec2(
-            mul(strided_fractal(same[at], place, displaced_m), distance_m),
-            mul(strided_fractal(same[at + 1u], place, displaced_m), distance_m),
+            mul(strided_fractal(relief.east, place, displaced_m), relief.distance_m),
+            mul(strided_fractal(relief.south, place, displaced_m), relief.distance_m),
         );
     }
-    let count = same[at + 5u];
     var height = 0.0;
-    for (var index = 0u; index < count; index += 1u) {
-        let term = at + 6u + TERM_WORDS * index;
-        var value = strided_fractal(same[term], place, displaced_m);
-        if same[term + 1u] != 0u {
-            value = curve(same[term + 1u], value);
+    for (var index = 0u; index < relief.terms; index += 1u) {
+        let term = same_TermWords(at + RELIEF_WORDS + TERM_WORDS * index);
+        var value = strided_fractal(term.fractal, place, displaced_m);
+        if term.curve != 0u {
+            value = curve(term.curve, value);
         }
-        value = add(mul(value, same_f32(term + 2u)), same_f32(term + 3u));
-        if same[term + 4u] != 0u {
-            value = mul(value, share(same[term + 4u], place, displaced_m));
+        value = add(mul(value, term.height_m), term.base_m);
+        if term.mask != 0u {
+            value = mul(value, share(term.mask, place, displaced_m));
         }
         height = select(add(height, value), value, index == 0u);
     }
-    if same[at + 3u] != 0u {
-        let floor_m = same_f32(at + 4u);
-        height = add(floor_m, mul(sub(height, floor_m), share(same[at + 3u], place, displaced_m)));
+    if relief.land != 0u {
+        let above_m = sub(height, relief.floor_m);
+        height = add(relief.floor_m, mul(above_m, share(relief.land, place, displaced_m)));
     }
     return height;
 }
 
-// Makes the heights of a block. Its words begin with the position of its first vertex in its area, the size of the
-// area, the offset of the area's heights, and the offset of the relief.
+// Makes the heights of a block.
 @compute @workgroup_size(SIDE, SIDE)
 fn fill(@builtin(global_invocation_id) id: vec3<u32>) {
-    let block = BANDS * BAND_WORDS + id.z * job.block_words;
-    let column = bitcast<i32>(own[block]) + i32(id.x);
-    let row = bitcast<i32>(own[block + 1u]) + i32(id.y);
-    let width = i32(own[block + 2u]);
-    if column < 0 || row < 0 || column >= width || row >= i32(own[block + 3u]) {
+    let at = TABLE + id.z * job.block_words;
+    let block = own_BlockWords(at);
+    let column = block.first.x + i32(id.x);
+    let row = block.first.y + i32(id.y);
+    let width = i32(block.width);
+    if column < 0 || row < 0 || column >= width || row >= i32(block.height) {
         return;
     }
-    put_f32(own[block + 4u] + u32(row * width + column), height(own[block + 5u], Place(id.x, id.y, block)));
+    put_f32(block.heights + u32(row * width + column), height(block.relief, Place(id.x, id.y, at)));
 }

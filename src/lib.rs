@@ -29,7 +29,7 @@
 //! ```text
 //!   terrane-engine
 //!
-//!   error, area, grid, hash, geometry, contour, stop, clock, watch, threads, memory, generator, simd   what all use
+//!   stop, error, area, grid, hash, geometry, contour, clock, watch, threads, memory, generator, simd, wgsl   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     text of an author -> a preset or a style; what all settings share: key paths, faults, checks, masks
@@ -87,56 +87,53 @@
 //!
 //! # Words
 //!
+//! Each word is the name of a type or a module and has one meaning.
+//!
 //! | Word | Meaning |
 //! |---|---|
-//! | vertex lattice | all integer points (x east, y south), `i64`, `spacing_m` metres apart |
-//! | cell | the square between four vertices |
-//! | tile | N x N cells and so (N+1) x (N+1) vertices; neighbours share those of their edge |
-//! | area | a half-open rectangle of vertices |
-//! | region | the rectangle of tiles that one bake covers, or that holds all tiles of a walk |
-//! | walk, route | the tiles that a walker comes to on its way / those of them that it is in, in order |
-//! | input | the area that a stage reads to make an area |
-//! | reach | how far a river or road sticks out of the tile or site that owns it |
-//! | preset / world | the recipe as written / as checked and resolved |
-//! | settings | what a preset says to one stage |
-//! | fault | what is wrong with a setting, and under which key |
-//! | stream | one use of chance, with its number in the register ([`hash::Stream`]) |
-//! | land | heights and the water on them |
-//! | survey | land as planners ask for it: sparse heights and waters, rivers as lines |
-//! | line | a river or a road, whole: points with place, level, floor, half width and discharge |
-//! | structure | what carries a line where the land does not: a bridge, a tunnel, a ford |
-//! | bed | what a line does to the land: natural, dug, trodden or built |
-//! | imprint | what all lines together do to an area |
-//! | piece | a straight part of a line as some stage sees it: of a river, a road, a bed, a lake |
-//! | channel, segment | a watercourse of the network, wet or dry / a straight part of it |
-//! | trunk, tributary | a channel of the coarsest level / of one below |
-//! | course, part | the way of a river or a road from end to end / what lakes, or other roads, leave of it |
-//! | alignment, profile | the middle of a road as planned / its heights |
-//! | site, site cell | a settlement / the square of the lattice that holds one at most |
-//! | plan, node | the coarse lattice on which sites and roads are found / a point of it |
-//! | route, move, leg | the nodes of a planned road / a straight way from one node to another / one of a route |
-//! | trace | the nodes of an agent's way |
-//! | span | the points of a road that are carried over water, or go through it |
-//! | landform, feature | a lake, coast or peak as found / anything that maps and vectors show, with attributes |
-//! | blend map | how much of each ground material a vertex has; the weights of a vertex sum to exactly 255 |
-//! | accumulation | square metres of land that drain through a vertex, from a bounded way upstream and of rivers whole |
-//! | growth, instance | what stands on the ground: trees, shrubs, grass, loose rocks / a single one |
-//! | knot | a point of a line through which an engine's curve runs |
-//! | part of a tile, digest | one kind of what it holds, such as its heights / the BLAKE3 of each |
-//! | colour channel | one of the numbers of a pixel, as image formats call it |
-//! | scale, pixel | metres that a pixel of a map shows, and pixels to a millimetre of paper / the square of the world that it is |
-//! | chart, picture, sheet | all maps of a world in one style and scale / a part of one / that with a frame and a legend around it |
-//! | style | how maps are drawn: a file of its own, never a part of a world |
-//! | shard, merge | one of some rectangles of a region that are baked by themselves / what makes the bake of the region of them all |
-//! | format, sink | a way to write a bake / what writes one bake so |
-//! | piece of a sink, journal | what it keeps of a tile until it writes it / where a bake under way has those of all its tiles |
-//! | memory, budget | values of a pure function that are kept for a while, bounded by bytes / the bytes that several memories share |
+//! | [area](area::Area) | a rectangle of vertices; its far edges are not part of it |
+//! | [stride](area::Stride) | the distance between the nodes at which a world is made: every 2^k-th vertex |
+//! | [tile](tile::Tile) | N x N cells, so (N+1) x (N+1) vertices; neighbours share those of their edge |
+//! | [region](area::Region) | the rectangle of tiles that one bake covers |
+//! | [preset](preset::Preset) | the recipe of a world, as it is written |
+//! | [world](world::World) | a checked preset with a seed, from which any tile can be made |
+//! | [stream](hash::Stream) | one use of chance, with its own number, so that no two uses share their luck |
+//! | [relief](relief::Relief) | the maker of bare land: of noise, or of rivers |
+//! | [land](land::Land) | heights, and the water on them |
+//! | [network](fluvial::network::Network) | all channels of a world, from trunks down to brooks |
+//! | [channel](fluvial::channel::Channel) | the middle line of a valley, wet or dry, from head to mouth |
+//! | [survey](fluvial::survey::Survey) | the land as planners see it: sparse heights and waters, rivers as lines |
+//! | [site](places::site::Site) | a settlement; each cell of their lattice has one at most |
+//! | [line](lines::Line) | a whole river or road: its middle points with heights and widths |
+//! | [structure](lines::Structure) | a bridge, tunnel or ford, which carries a line where the land does not |
+//! | [bed](lines::Bed) | the way in which a line changes the land: natural, dug, trodden or built |
+//! | [imprint](lines::Imprint) | the effect of all lines together on an area |
+//! | [agents](agents) | the makers of rivers and roads of the thesis, which search their way from tile to tile |
+//! | [walk](walker::Walk) | the tiles that a walker comes to, in order |
+//! | [blend](tile::Blend) | shares of the ground materials at each vertex, which sum to exactly 255 |
+//! | [growth](tile::Growth) | a kind of thing that stands on the ground: trees, shrubs, grass or rocks |
+//! | [instance](tile::Instance) | a single tree, shrub or rock, with its place |
+//! | [digest](tile::Digest) | the BLAKE3 hash of each part of a tile |
+//! | [style](map::style::Style) | the look of maps: colours, widths, fonts; never a part of a world |
+//! | [scale](map::scale::Scale) | metres of the world to a pixel, and pixels to a millimetre of paper |
+//! | [chart](map::Chart) | all maps of one world in one style and scale |
+//! | [picture](map::Picture) | a rectangle of a chart |
+//! | [sheet](map::sheet::Sheet) | a picture with a frame, a grid and a legend around it |
+//! | [profile](export::Profile) | the formats, sizes and names of files that an engine takes |
+//! | [manifest](export::Manifest) | `bake.json`: the record of a bake and of all its files |
+//! | [registry](registry) | `registry.sqlite`: the list of all tiles and files of a bake |
+//! | [shard](bake::Shard) | a part of a region that one machine bakes by itself |
+//! | [memory](memory::Memory) | a cache of a pure function, bounded in bytes |
+//! | [budget](memory::Budget) | the bytes that several memories share |
 //!
 //! # Units and axes
 //!
-//! Metres, x east, y south, height up. Row 0 of every raster is its northern edge. A 16-bit height is `round((h -
-//! min_m) / (max_m - min_m) * 65535)` over the range that the world proves from its preset
-//! ([`world::World::height_range_m`]), never over the heights of one tile, so files of two bakes agree.
+//! Metres, x east, y south, height up. A *vertex* is a point of the world's lattice: whole numbers x and y, `spacing_m`
+//! metres apart. A *cell* is the square between four vertices, and a *node* is a vertex of a coarser lattice.
+//!
+//! Row 0 of every raster is its northern edge. A 16-bit height is `round((h - min_m) / (max_m - min_m) * 65535)` over
+//! the range that the world proves from its preset ([`world::World::height_range_m`]), never over the heights of one
+//! tile, so files of two bakes agree.
 //!
 //! # Numbers
 //!

@@ -1,7 +1,8 @@
 //! Tells the compiler where the styles of maps lie.
 //!
-//! They are at the top of the workspace, where people look for them. A package has them in itself, by a symbolic link, since cargo packages no
-//! file from outside. Checkouts on Windows may have a text in the place of the link, so here the top comes first.
+//! They are at the top of the workspace, where people look for them. A package has them in itself, by a symbolic link,
+//! since cargo packages no file from outside. Checkouts on Windows may have a text in the place of the link, so here
+//! the top comes first.
 
 use std::env;
 use std::path::Path;

@@ -4,6 +4,7 @@
 use std::fs;
 
 use libfuzzer_sys::fuzz_target;
+use terrane::clock::Clock;
 use terrane::export::{self, Manifest, Plan, Rebake};
 use terrane::watch::Watch;
 
@@ -19,7 +20,7 @@ fuzz_target!(|bytes: &[u8]| {
         }
         _ = export::look(&folder);
         _ = export::check(&folder, Rebake::None, &Watch::default());
-        _ = export::clean(&folder, false);
+        _ = export::clean(&folder, false, &Clock::default());
     }
     assert_eq!(fs::read(root.path().join("victim")).unwrap(), b"precious");
 });

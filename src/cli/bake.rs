@@ -10,36 +10,28 @@ use serde_json::json;
 
 use crate::area::{Region, Stride, TileId};
 use crate::bake::Shard;
-use crate::cli::args::{AskedRange, BakeArguments, CommonArguments, ExtendArguments, Manner, RunOptions};
+use crate::cli::args::{AskedRange, BakeArguments, ExtendArguments, Manner, RunOptions, WriteArguments};
 use crate::cli::console::Console;
-use crate::cli::progress::{Reporter, Tiles};
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::{Reporter, Tiles, watched};
 use crate::device::LandMaker;
 use crate::error::Error;
 use crate::export::{
     Bytes, Cost, HeightRange, Limit, Manifest, MeshOptions, Mode, Output, Plan, PlanRequest, Profile, measured_range_m,
 };
 use crate::generator;
-use crate::watch::Watch;
 use crate::world::World;
 
 /// Bakes the region that the command line asks for.
 pub(super) fn run(arguments: &BakeArguments, console: &Console) -> Result<(), Error> {
-    let options = &arguments.common;
-    let mode = match options {
-        CommonArguments { overwrite: true, .. } => Mode::Replace,
-        CommonArguments { resume: true, .. } => Mode::Resume,
-        CommonArguments { add: true, .. } => Mode::Add,
-        _ => Mode::New,
-    };
+    let write = &arguments.write;
     let (request, out) = requested(arguments, console)?;
-    let plan = on_device(request.plan()?, &options.manner, console)?;
-    carry_out(&plan, mode, &out, &options.manner.run, console)
+    let plan = on_device(request.plan()?, &write.manner, console)?;
+    carry_out(&plan, write.mode(), &out, &write.manner.run, console)
 }
 
 /// Returns the request that the command line makes, with the folder of the bake.
 pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<(PlanRequest, PathBuf), Error> {
-    let options = &arguments.common;
+    let BakeArguments { world: asked, common: options, write, .. } = arguments;
     // Check all options before anything is written.
     if let Some(version) = &options.generator {
         generator::check(version)?;
@@ -47,19 +39,15 @@ pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
-    if !options.manner.run.quiet {
-        console.warnings(&preset.warnings(&sources));
-    }
-    let place = arguments.place.located(&preset, options.seed)?;
-    let asked = place.region(preset.tile_cells, preset.spacing_m)?;
-    let region = if options.scale == Stride::ONE { asked } else { asked.strided(options.scale)? };
-    let world = World::strided(preset, options.seed, options.scale)?.with_tile_cells(region.tile_cells());
-    if !options.manner.run.quiet {
-        console.warnings(&world.warnings());
-    }
+    console.warnings(&preset.warnings(&sources));
+    let place = arguments.place.located(&preset, asked.seed, console)?;
+    let region = place.region(preset.tile_cells, preset.spacing_m)?;
+    let region = if options.stride == Stride::ONE { region } else { region.strided(options.stride)? };
+    let world = World::strided(preset, asked.seed, options.stride)?.with_tile_cells(region.tile_cells());
+    console.warnings(&world.warnings());
     let (exports, mut profile) = (arguments.exports()?, arguments.profile()?);
     // With --add, the manifest of the bake that the files are added to.
-    let old = options.out.as_ref().filter(|_| options.add).map(|out| Manifest::read(out)).transpose()?;
+    let old = write.folder.out.as_ref().filter(|_| write.add).map(|out| Manifest::read(out)).transpose()?;
     if let (None, Some(known)) = (profile, old.as_ref().and_then(|old| old.profile.as_ref())) {
         profile = Some(known.parse()?);
     }
@@ -78,19 +66,18 @@ pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<
     };
     if !arguments.asks_for_size()
         && let Some(added) = request.fit_to_profile()?
-        && !options.manner.run.quiet
     {
         say_fitted(console, &request, &region, &added)?;
     }
     let PlanRequest { preset_name, world, region, .. } = &request;
-    let out = options.out.clone().unwrap_or_else(|| default_folder(preset_name, world, region, arguments.shard));
+    let out = write.folder.out.clone().unwrap_or_else(|| default_folder(preset_name, world, region, arguments.shard));
     request.meshes = arguments.meshes(&request.region, request.world.spacing_m())?;
     request.height_range_m = match options.height_range {
         None => None,
         Some(AskedRange::Metres(range_m)) => Some(range_m),
-        Some(AskedRange::Auto) => auto_range_m(&request, &out, options, console)?,
+        Some(AskedRange::Auto) => auto_range_m(&request, &out, write, console)?,
     };
-    if options.add {
+    if write.add {
         request.add_to(&old.map_or_else(|| Manifest::read(&out), Ok)?)?;
     }
     Ok((request, out))
@@ -101,25 +88,17 @@ pub(super) fn requested(arguments: &BakeArguments, console: &Console) -> Result<
 fn auto_range_m(
     request: &PlanRequest,
     out: &Path,
-    options: &CommonArguments,
+    options: &WriteArguments,
     console: &Console,
 ) -> Result<Option<[f32; 2]>, Error> {
     if options.manner.run.dry_run {
         return Ok(None);
     }
-    if let Some(range_m) = request.begun_range_m(out).filter(|_| options.resume || options.add) {
+    if let Some(range_m) = request.begun_range_m(out).filter(|_| options.folder.resume || options.add) {
         return Ok(range_m);
     }
     let PlanRequest { world, region, .. } = request;
-    let watch = Watch::default();
-    let pool = thread_pool(thread_count(options.manner.run.threads))?;
-    let range_m = thread::scope(|scope| {
-        let shown = !options.manner.run.quiet && !options.manner.run.no_progress;
-        let tiles = Tiles { count: region.tiles(), cells: (region.tile_cells() as u64).pow(2) };
-        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
-        pool.install(|| measured_range_m(world, region, &watch))
-    })?;
-    Ok(Some(range_m))
+    watched(console, options.manner.run.threads, |watch| measured_range_m(world, region, watch)).map(Some)
 }
 
 /// Extends a bake to a larger region: bakes the tiles that are missing.
@@ -130,7 +109,7 @@ pub(super) fn extend(arguments: &ExtendArguments, console: &Console) -> Result<(
     manifest.check_is_no_shard(folder)?;
     let world = manifest.world()?;
     let old = manifest.region.region()?;
-    let place = place.located(&manifest.preset, Some(manifest.seed))?;
+    let place = place.located(&manifest.preset, Some(manifest.seed), console)?;
     let region = match (place.bounds.is_some() || place.around.is_some(), place.at, place.size) {
         (true, ..) => place.region(old.tile_cells(), world.spacing_m())?,
         (false, None, None) => {
@@ -197,6 +176,14 @@ pub(super) fn on_device<'a>(plan: Plan<'a>, options: &Manner, console: &Console)
     Ok(plan.with_maker(maker))
 }
 
+/// Says that some tiles are baked to see what a bake takes, if they may take long.
+pub(super) fn announce_trial(console: &Console, world: &World) {
+    if console.shows_progress() && world.relief().fluvial().is_some() {
+        // A closed standard error is ignored: there is nowhere else to report it.
+        _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
+    }
+}
+
 /// Returns a sentence about the trouble of a maker of land, if it had any.
 pub(super) fn trouble(maker: &dyn LandMaker) -> Vec<String> {
     let sentence = |trouble| format!("the CPU has made what was left of the land: {trouble}");
@@ -212,8 +199,8 @@ pub(super) fn carry_out(
     console: &Console,
 ) -> Result<(), Error> {
     let (world, region) = (plan.world(), plan.made());
-    let threads = thread_count(options.threads);
-    let pool = thread_pool(threads)?;
+    let threads = options.threads.count();
+    let pool = options.threads.pool()?;
     let mut cost = plan.cost(threads);
     // Keep a refusal until the plan is printed: a dry run prints the costs even of a bake that is refused.
     let hint = "give fewer --threads, a narrower --size or fewer exports";
@@ -221,14 +208,11 @@ pub(super) fn carry_out(
     let refused = Output::check(out, mode, plan, &cost);
     console.warnings(&plan.warnings());
     let may_lack_room = || refused.is_ok() && (cost.may_fill(plan, out) || short(&cost).is_err());
-    if (options.dry_run && !options.quiet) || may_lack_room() {
-        if !options.no_progress && !options.quiet && world.relief().fluvial().is_some() {
-            // A closed standard error is ignored: there is nowhere else to report it.
-            _ = writeln!(io::stderr(), "baking some tiles, to see what the bake takes");
-        }
-        cost = pool.install(|| plan.forecast(cost))?;
+    if (options.dry_run && !console.messages.quiet) || may_lack_room() {
+        announce_trial(console, world);
+        cost = pool.install(|| plan.forecast(cost, &console.stop))?;
     }
-    if options.dry_run && !options.quiet {
+    if options.dry_run {
         print_plan(console, plan, &cost, world, threads, out)?;
     }
     refused.and_then(|()| short(&cost)).and_then(|()| Output::check(out, mode, plan, &cost))?;
@@ -236,14 +220,13 @@ pub(super) fn carry_out(
         return Ok(());
     }
     // The bake.
-    let watch = Watch::default();
+    let watch = console.watch();
     let output = Output::prepare(out, mode, plan, &cost)?;
     console.warnings(&output.lock_warning());
     let start = Instant::now();
     let baked = thread::scope(|scope| {
-        let shown = !options.quiet && !options.no_progress;
         let tiles = Tiles { count: plan.tiles(), cells: (region.tile_cells() as u64).pow(2) };
-        let _reporter = shown.then(|| Reporter::start(scope, console, &watch, Some(tiles)));
+        let _reporter = Reporter::start(scope, console, &watch, Some(tiles));
         pool.install(|| {
             console.warnings(&output.changed_warnings(&watch)?);
             plan.run(&output, &watch)
@@ -251,7 +234,7 @@ pub(super) fn carry_out(
     });
     let manifest = baked.inspect_err(|_| {
         // Without a work folder nothing is kept, for example if no format can hold the output.
-        if output.can_resume() && !options.quiet {
+        if output.can_resume() && !console.messages.quiet {
             let goes_on = match mode {
                 Mode::New | Mode::Resume => "the same command with --resume",
                 Mode::Replace => "the same command with --resume in the place of --overwrite",
@@ -264,10 +247,8 @@ pub(super) fn carry_out(
     console.warnings(&output.kept_warnings());
     console.warnings(&trouble(plan.maker()));
     let elapsed = start.elapsed();
-    if options.verbose {
-        print_stages(console, &watch)?;
-    }
-    if options.quiet { Ok(()) } else { print_done(console, plan, &output, (out, &manifest), elapsed) }
+    console.stages(&watch)?;
+    print_done(console, plan, &output, (out, &manifest), elapsed)
 }
 
 /// Prints the summary of a finished bake.
@@ -360,16 +341,4 @@ fn print_plan(
         line("time", format!("about {seconds:.1} s on {threads} threads"));
     }
     console.message(object, &text)
-}
-
-fn print_stages(console: &Console, watch: &Watch) -> Result<(), Error> {
-    let stages = watch.clock.stages();
-    let total: f64 = stages.iter().map(|(_, spent)| spent.as_secs_f64()).sum();
-    for (stage, spent) in stages {
-        let seconds = spent.as_secs_f64();
-        let share = 100.0 * seconds / total;
-        let object = json!({ "type": "stage", "stage": stage, "seconds": seconds, "percent": share });
-        console.message(object, &format!("{seconds:9.3} s {share:5.1} %  {stage}\n"))?;
-    }
-    Ok(())
 }

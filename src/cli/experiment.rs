@@ -13,7 +13,6 @@ use crate::cli::thread_pool;
 use crate::device::Device;
 use crate::error::Error;
 use crate::experiment::{self, Engine, ExperimentOptions, FILES, Report, Step};
-use crate::stop;
 
 /// Measures what the command line asks for.
 pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(), Error> {
@@ -24,8 +23,8 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     let mut options = ExperimentOptions {
         sizes: arguments.sizes,
         agents: arguments.agents.into_iter().map(Switch::is_on).collect(),
-        minutes: arguments.minutes,
-        speed_m_s: arguments.speed,
+        minutes: arguments.camera.minutes,
+        speed_m_s: arguments.camera.speed,
         engines: engines(&arguments.device, &arguments.workgroup)?,
         layers: each_once(arguments.layers),
         steps: each_once(arguments.step.into_iter().map(step)),
@@ -41,7 +40,7 @@ pub(super) fn run(arguments: ExperimentArguments, console: &Console) -> Result<(
     // Check that the folder can be written to: after the measurements it is too late to choose another.
     let is_new = !out.exists();
     prepare_folder(&out, arguments.overwrite)?;
-    let result = stop::catch(|| measure(&options, threads, &pool, &out, console));
+    let result = measure(&options, threads, &pool, &out, console);
     if result.is_err() && is_new {
         // Removes the folder only if it is empty.
         _ = fs::remove_dir(&out);
@@ -96,7 +95,7 @@ fn measure(
     let mut walks = Vec::new();
     for &size in &options.sizes {
         let start = Instant::now();
-        let walk = pool.install(|| experiment::walk(options, size))?;
+        let walk = pool.install(|| experiment::walk(options, size, &console.stop))?;
         let expansions = walk.series.iter().map(|series| series.timings.len()).max().unwrap_or(0);
         // A closed standard error is ignored: there is nowhere else to report it.
         _ = writeln!(io::stderr(), "{size}x{size}: {expansions} expansions, {:.1} s", start.elapsed().as_secs_f64());

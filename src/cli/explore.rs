@@ -6,9 +6,8 @@ use std::path::PathBuf;
 use etcetera::{BaseStrategy, choose_base_strategy};
 use serde_json::json;
 
-use crate::cli::args::{ExploreArguments, sources};
+use crate::cli::args::{ExploreArguments, WorldArguments};
 use crate::cli::console::Console;
-use crate::cli::thread_count;
 use crate::error::Error;
 use crate::explore::{Given, Options, Server};
 use crate::export::Bytes;
@@ -24,9 +23,8 @@ const VIEW_PX: f64 = 900.0;
 
 /// Shows a world in a browser until it is interrupted.
 pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), Error> {
-    let ExploreArguments { preset, place, seed, set, port, open, cache, cache_limit, memory_limit, threads, .. } =
-        arguments;
-    if preset == "-" {
+    let ExploreArguments { world, place, port, open, cache, cache_limit, memory_limit, threads } = arguments;
+    if world.preset == "-" {
         return Err(Error::Option {
             message: "the explorer reads the preset again when it has changed, which standard input does not".into(),
             hint: "give a file, or the name of a built-in preset".into(),
@@ -39,14 +37,15 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
         });
     }
     let view = if place.is_given() {
-        let read = sources(&preset, &set)?.read_all()?;
-        let located = place.located(&read, seed)?;
+        let read = world.sources()?.read_all()?;
+        let located = place.located(&read, world.seed, console)?;
         let [west, south, east, north] = located.bounds_m(read.tile_cells, read.spacing_m)?;
         let pixel_m = (east - west).max(north - south) / VIEW_PX;
         Some(([west.midpoint(east), south.midpoint(north)], pixel_m))
     } else {
         None
     };
+    let WorldArguments { preset, seed, set } = world;
     let program = env::current_exe().map_err(Error::io("this program"))?;
     let options = Options {
         given: Given { preset, seed, set },
@@ -56,9 +55,9 @@ pub(super) fn run(arguments: ExploreArguments, console: &Console) -> Result<(), 
         cached_bytes: cache_limit,
         remembered_bytes: memory_limit,
         program,
-        threads: thread_count(threads),
+        threads: threads.count(),
     };
-    let server = Server::bind(options)?;
+    let server = Server::bind(options, &console.stop)?;
     let url = server.url();
     console.message(json!({ "type": "serving", "url": url }), &format!("{url}\nCtrl-C ends\n"))?;
     if open && let Err(error) = open::that_detached(&url) {

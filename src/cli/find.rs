@@ -4,12 +4,14 @@ use std::fmt::Write;
 
 use serde_json::json;
 
-use crate::cli::args::FindArguments;
+use crate::cli::args::{FindArguments, WorldArguments};
 use crate::cli::console::Console;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::watched;
 use crate::error::Error;
 use crate::export::told_memory_bytes;
 use crate::find::{Finder, Found, Query};
+use crate::shell::quoted;
+use crate::watch::Watch;
 
 /// Bytes of the land that one thread searches at a time.
 const PART_BYTES: u64 = 32 << 20;
@@ -17,20 +19,20 @@ const PART_BYTES: u64 = 32 << 20;
 /// Finds what the command line asks for, and prints it as a table or as JSON lines.
 pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Error> {
     let queries: Vec<Query> = arguments.queries.iter().map(|text| text.parse()).collect::<Result<_, Error>>()?;
-    let sources = arguments.sources()?;
+    let sources = arguments.world.sources()?;
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
-    let mut finder = Finder::new(preset, arguments.seed)?;
-    let threads = thread_count(arguments.threads);
+    let mut finder = Finder::new(preset, arguments.world.seed)?;
+    let threads = arguments.run.threads.count();
     // The world at full detail and the coarse world, and for each thread the land of one part of a block.
     let memory_bytes = told_memory_bytes(threads, threads as u64 * PART_BYTES, 2 * finder.world().memory_bytes(1));
-    if !console.may_begin("the search", memory_bytes, "give fewer --threads", arguments.dry_run)? {
+    if !console.may_begin("the search", memory_bytes, "give fewer --threads", arguments.run.dry_run)? {
         return Ok(());
     }
-    let pool = thread_pool(threads)?;
     for (number, query) in queries.iter().enumerate() {
         let limit = arguments.limit as usize;
-        let found = pool.install(|| finder.find(query, arguments.near, arguments.radius, limit))?;
+        let search = |watch: &Watch| finder.find(query, arguments.near, arguments.radius, limit, watch);
+        let found = watched(console, arguments.run.threads, search)?;
         if console.is_json() {
             for found in &found {
                 // Round to 6 decimals: millimetres for places in kilometres, and all significant digits of a value.
@@ -65,7 +67,7 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
             let bake = command(arguments, &finder, found);
             line(format!("  {name:24} {:24} {place:>16} km, {far:>6} km off   {bake}", values.join(", ")));
         }
-        Console::text(&text)?;
+        console.text(&text)?;
     }
     Ok(())
 }
@@ -79,12 +81,13 @@ fn rounded(value: f64) -> f64 {
 /// Returns the command that bakes the surroundings of a found feature.
 fn command(arguments: &FindArguments, finder: &Finder, found: &Found) -> String {
     let [x, y] = found.at_km.map(|km| (km * 100.0).round() / 100.0);
-    let mut command = format!("terrane bake {}", arguments.preset);
-    if arguments.seed.is_some() {
+    let WorldArguments { preset, seed, set } = &arguments.world;
+    let mut command = format!("terrane bake {}", quoted(preset));
+    if seed.is_some() {
         write!(command, " --seed {}", finder.world().seed()).expect("a String takes everything");
     }
-    for setting in &arguments.set {
-        write!(command, " --set '{setting}'").expect("a String takes everything");
+    for setting in set {
+        write!(command, " --set {}", quoted(setting)).expect("a String takes everything");
     }
     command + &format!(" --around={x},{y},{}", found.around_km)
 }

@@ -2,17 +2,15 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
 use crate::area::Area;
-use crate::cli::args::{MapArguments, StyleArguments, sources};
+use crate::cli::args::{MapArguments, StyleArguments, WorldArguments};
 use crate::cli::bake::trouble;
 use crate::cli::console::Console;
-use crate::cli::progress::Reporter;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::watched;
 use crate::error::{Error, nearest};
 use crate::export::{Lettering, Manifest, MapPicture, SMALLER, Texts, shortest_that};
 use crate::map::Chart;
@@ -20,7 +18,7 @@ use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Cells, Furniture, Overlay, Sheet, thousands};
 use crate::preset::Preset;
 use crate::shell::quoted;
-use crate::watch::Watch;
+use crate::world::World;
 
 /// Millimetres per inch.
 const INCH_MM: f64 = 25.4;
@@ -32,41 +30,37 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
     let MapSubject { name, preset, seed, bounds_m } = MapSubject::of(arguments, console)?;
     let scale = scale(arguments, bounds_m);
     let out = arguments.out.clone().unwrap_or_else(|| default_file(&name, seed, bounds_m, scale, &asked.style));
+    let bounds_m = on_pixels(bounds_m, scale, arguments);
     let area = scale.pixels_of(bounds_m);
     check_size(area)?;
     let place = place(arguments, bounds_m, scale);
-    let texts = texts("map", &arguments.preset, asked, (&name, seed), &place);
+    let texts = texts("map", &arguments.world, asked, (&name, seed), &place);
     let subtitle = format!("{name}, seed {seed}, 1 : {}", thousands(scale.denominator()));
-    let captions = captions(asked, &texts, subtitle)?;
+    let captions = captions(asked, furniture(asked)?, &texts, subtitle)?;
     let most = Sheet::area(area, (&style, scale), &captions);
     let mut file = MapPicture::new(&out, (most.width(), most.height()), asked.overwrite)?;
     if let Some(lettering) = arguments.text {
         file = file.lettered(lettering)?;
     }
     let world = Chart::world(&preset, Some(seed))?;
-    let threads = thread_count(asked.threads);
+    let threads = asked.manner.run.threads.count();
     let memory_bytes = file.memory_bytes(&world, scale, (most.width(), most.height()), threads);
-    if !console.may_begin("the map", memory_bytes, SMALLER, asked.dry_run)? {
+    if !console.may_begin("the map", memory_bytes, SMALLER, asked.manner.run.dry_run)? {
         return Ok(());
     }
     file.prepare()?;
     console.warnings(&file.warnings(most, scale));
     let start = Instant::now();
-    let pool = thread_pool(threads)?;
-    let watch = Watch::default();
-    let page = thread::scope(|scope| {
-        let _reporter = Reporter::start(scope, console, &watch, None);
-        pool.install(|| {
-            watch.begin("finding what is drawn", None);
-            let chart = Chart::made_by(|world| arguments.device.maker(world, console), &world, style, scale)?;
-            let picture = Sheet::picture(&chart, area, &captions.furniture);
-            let sheet = Sheet::new(&picture, &captions);
-            console.warnings(&lacking(&sheet.missing_letters()));
-            watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
-            let written = file.write(&sheet, scale, &texts, &watch);
-            console.warnings(&trouble(chart.maker()));
-            written.map(|()| sheet.page())
-        })
+    let page = watched(console, asked.manner.run.threads, |watch| {
+        let maker = |world: &World| asked.manner.device.maker(world, console);
+        let chart = Chart::made_by(maker, &world, style, scale, &watch.clock)?;
+        let picture = Sheet::picture(&chart, area, &captions.furniture, watch)?;
+        let sheet = Sheet::new(&picture, &captions);
+        console.warnings(&lacking(&sheet.missing_letters()));
+        watch.begin("drawing", Some((sheet.page().height() as u64, "rows")));
+        let written = file.write(&sheet, scale, &texts, watch);
+        console.warnings(&trouble(chart.maker()));
+        written.map(|()| sheet.page())
     })?;
     let seconds = start.elapsed().as_secs_f64();
     let object = json!({
@@ -118,13 +112,15 @@ struct MapSubject {
 impl MapSubject {
     /// Reads the world of a preset or of the bake in a folder. By default a bake's own region is drawn.
     fn of(arguments: &MapArguments, console: &Console) -> Result<MapSubject, Error> {
-        let (MapArguments { preset: source, place, .. }, asked) = (arguments, &arguments.style);
+        let MapArguments { world: asked, place, .. } = arguments;
+        let source = &asked.preset;
         if !Path::new(source).is_dir() {
-            let sources = sources(source, &asked.set)?;
+            let sources = asked.sources()?;
             let preset = sources.read_all()?;
             console.warnings(&preset.warnings(&sources));
             let seed = asked.seed.unwrap_or(preset.seed);
-            let bounds_m = place.located(&preset, Some(seed))?.bounds_m(preset.tile_cells, preset.spacing_m)?;
+            let bounds_m =
+                place.located(&preset, Some(seed), console)?.bounds_m(preset.tile_cells, preset.spacing_m)?;
             return Ok(MapSubject { name: sources.name().to_owned(), preset, seed, bounds_m });
         }
         if !asked.set.is_empty() || asked.seed.is_some() {
@@ -137,7 +133,7 @@ impl MapSubject {
         manifest.check_is_no_walk(Path::new(source))?;
         let Manifest { preset_name: name, preset, seed, region, .. } = manifest;
         let bounds_m = match place.is_given() {
-            true => place.located(&preset, Some(seed))?.bounds_m(region.tile_cells, preset.spacing_m)?,
+            true => place.located(&preset, Some(seed), console)?.bounds_m(region.tile_cells, preset.spacing_m)?,
             false => region.bounds_km.map(|km| km * 1000.0),
         };
         Ok(MapSubject { name, preset, seed, bounds_m })
@@ -189,7 +185,16 @@ fn scale(arguments: &MapArguments, [west, _, east, _]: [f64; 4]) -> Scale {
     Scale { metres_per_pixel, pixels_per_mm }
 }
 
-/// Returns the options that draw the same pixels at the same scale again, with as few digits as that needs.
+/// Returns bounds whose western and eastern edges lie between pixels if the number of pixels is given: edges that halve a
+/// pixel would be rounded to one pixel more or less.
+fn on_pixels(bounds_m: [f64; 4], scale: Scale, arguments: &MapArguments) -> [f64; 4] {
+    let [west, south, _, north] = bounds_m;
+    let first = (west / scale.metres_per_pixel).round();
+    let edge = |pixels: u32| (first + f64::from(pixels)) * scale.metres_per_pixel;
+    arguments.width.map_or(bounds_m, |width| [edge(0), south, edge(width), north])
+}
+
+/// Returns the options that draw the same pixels at the same scale again, with as few digits as possible.
 fn place(arguments: &MapArguments, bounds_m: [f64; 4], scale: Scale) -> String {
     let measure = match (arguments.scale, arguments.metres_per_pixel) {
         (Some(denominator), _) => format!("--scale 1:{denominator}"),
@@ -212,8 +217,8 @@ pub(super) fn pixels_per_mm(asked: &StyleArguments) -> f64 {
     asked.dpi / INCH_MM
 }
 
-/// Returns the captions and furniture around a map.
-pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) -> Result<Captions, Error> {
+/// Returns the furniture around a map.
+pub(super) fn furniture(asked: &StyleArguments) -> Result<BTreeSet<Furniture>, Error> {
     let mut furniture = BTreeSet::new();
     for part in asked.furniture.split(',').map(str::trim) {
         match (part, Furniture::ALL.into_iter().find(|known| known.name() == part)) {
@@ -230,6 +235,16 @@ pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) 
             }
         }
     }
+    Ok(furniture)
+}
+
+/// Returns the captions around a map.
+pub(super) fn captions(
+    asked: &StyleArguments,
+    furniture: BTreeSet<Furniture>,
+    texts: &Texts,
+    subtitle: String,
+) -> Result<Captions, Error> {
     let letters = texts.title.chars().count();
     if letters > MOST_TITLE {
         return Err(Error::Option {
@@ -245,7 +260,7 @@ pub(super) fn captions(asked: &StyleArguments, texts: &Texts, subtitle: String) 
 /// Returns the texts that a map or an atlas carries about itself: the command that draws it again.
 pub(super) fn texts(
     command: &str,
-    source: &str,
+    WorldArguments { preset: source, set, .. }: &WorldArguments,
     asked: &StyleArguments,
     (name, seed): (&str, u64),
     place: &str,
@@ -253,7 +268,7 @@ pub(super) fn texts(
     let options = |name: &str, settings: &[String]| {
         settings.iter().fold(String::new(), |text, setting| text + &format!(" {name} {}", quoted(setting)))
     };
-    let settings = options("--set", &asked.set);
+    let settings = options("--set", set);
     let style_settings = options("--style-set", &asked.style_set);
     let title = asked.title.as_ref().map_or_else(String::new, |title| format!(" --title {}", quoted(title)));
     let overlay = asked.overlay.map_or_else(String::new, |Overlay { form, side_m }| {

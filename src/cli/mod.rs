@@ -28,16 +28,15 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser};
 use serde_json::json;
 
-use args::{Arguments, Command, Schema};
+use args::{Arguments, Command, MessageOptions, Schema};
 use console::Console;
 
 use crate::error::{Error, clipped};
 use crate::export::Manifest;
-use crate::map::style::{STYLES, Style};
+use crate::map::style::Style;
 use crate::preset::{self, Preset};
-use crate::recipe::source;
+use crate::recipe::source::{self, Recipe};
 use crate::simd::Level;
-use crate::stop;
 use crate::threads::{thread_count, thread_pool};
 
 /// Runs the command that the program was called with.
@@ -45,13 +44,14 @@ use crate::threads::{thread_count, thread_pool};
 /// The exit code is 0 on success, 2 for a mistake of the user's, 130 after an interrupt, otherwise 1.
 pub fn run() -> ExitCode {
     if let Err(error) = check_words(env::args_os()) {
-        Console::new(env::args_os().any(|word| word == "--json")).error(&error);
+        let json = env::args_os().any(|word| word == "--json");
+        Console::new(MessageOptions { json, ..MessageOptions::default() }).error(&error);
         return ExitCode::from(error.exit_code());
     }
     let arguments = Arguments::parse();
-    let console = Console::new(arguments.command.is_json());
-    signals::listen();
-    match stop::catch(|| run_command(arguments.command, &console)) {
+    let console = Console::new(arguments.messages);
+    signals::listen(console.stop.clone());
+    match run_command(arguments.command, &console) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             console.error(&error);
@@ -89,37 +89,27 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
         Command::Registry(arguments) => registry_list::run(&arguments, console),
         Command::Walk(arguments) => walk::run(&arguments, console),
         Command::Extend(arguments) => bake::extend(&arguments, console),
-        Command::Info { folder, .. } => info::run(&folder, console),
+        Command::Info { folder } => info::run(&folder, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
-        Command::Repair { folder, threads, .. } => verify::repair(&folder, threads, console),
-        Command::Clean { folder, dry_run, .. } => verify::clean(&folder, dry_run, console),
-        Command::Devices { .. } => devices::run(console),
+        Command::Repair { folder, threads } => verify::repair(&folder, threads, console),
+        Command::Clean { folder, dry_run } => verify::clean(&folder, dry_run, console),
+        Command::Devices => devices::run(console),
         Command::Experiment(arguments) => experiment::run(arguments, console),
-        Command::Presets { name: Some(name), .. } => {
-            let text = source::built_in::<Preset>(&name)?;
-            console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
-        }
-        Command::Presets { name: None, .. } => preset::BUILT_IN.iter().try_for_each(|(name, text)| {
-            let about = preset::summary(text);
-            console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
-        }),
-        Command::Styles { name: Some(name), .. } => {
-            let text = source::built_in::<Style>(&name)?;
-            console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text)
-        }
-        Command::Styles { name: None, .. } => STYLES.iter().try_for_each(|(name, text)| {
-            let about = preset::summary(text);
-            console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
-        }),
+        Command::Presets { name } => print_built_in::<Preset>(name, console),
+        Command::Styles { name } => print_built_in::<Style>(name, console),
         Command::Schema { of } => {
             let schema = match of {
                 Schema::Bake => Manifest::schema().to_value(),
                 Schema::Preset => Preset::schema(),
                 Schema::Style => Style::schema(),
             };
-            Console::text(&(serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"))
+            let text = serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n";
+            console.message(schema, &text)
         }
-        Command::Completions { shell } => Console::text(&completions::script(shell)),
+        Command::Completions { shell } => {
+            let text = completions::script(shell);
+            console.message(json!({ "shell": shell.to_string(), "text": text }), &text)
+        }
         Command::Man => {
             let mut page = Vec::new();
             let render = |command: clap::Command, page: &mut Vec<u8>| clap_mangen::Man::new(command).render(page);
@@ -131,7 +121,20 @@ fn run_command(command: Command, console: &Console) -> Result<(), Error> {
             for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
                 render(subcommand.clone(), &mut page).expect("a Vec takes everything");
             }
-            Console::bytes(&page)
+            let text = String::from_utf8(page).expect("a page is text");
+            console.message(json!({ "text": text }), &text)
         }
     }
+}
+
+/// Prints a built-in recipe, or the list of all without a name.
+fn print_built_in<R: Recipe>(name: Option<String>, console: &Console) -> Result<(), Error> {
+    if let Some(name) = name {
+        let text = source::built_in::<R>(&name)?;
+        return console.message(json!({ "name": name, "about": preset::summary(text), "text": text }), text);
+    }
+    R::BUILT_IN.iter().try_for_each(|(name, text)| {
+        let about = preset::summary(text);
+        console.message(json!({ "name": name, "about": about }), &format!("{name:12} {about}\n"))
+    })
 }

@@ -2,13 +2,15 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::{Scope, ScopedJoinHandle};
+use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
+use crate::cli::args::ThreadOptions;
 use crate::cli::console::Console;
+use crate::error::Error;
 use crate::watch::{Progress, Watch};
 
 /// Time between two progress lines, if there is no bar.
@@ -31,13 +33,13 @@ pub(super) struct Reporter<'scope> {
 }
 
 impl<'scope> Reporter<'scope> {
-    /// Begins to report; `tiles` is given for a bake.
+    /// Begins to report if progress is shown; `tiles` is given for a bake.
     pub fn start<'env>(
         scope: &'scope Scope<'scope, 'env>,
         console: &'env Console,
         watch: &'env Watch,
         tiles: Option<Tiles>,
-    ) -> Reporter<'scope> {
+    ) -> Option<Reporter<'scope>> {
         let (stop, stopped) = channel();
         let report = move || {
             let bar = bar(console);
@@ -61,9 +63,25 @@ impl<'scope> Reporter<'scope> {
             }
         };
         // If the thread cannot be started, the work is done without reports.
-        let thread = std::thread::Builder::new().spawn_scoped(scope, report).ok();
-        Reporter { stop: Some(stop), thread }
+        let thread = console.shows_progress().then(|| thread::Builder::new().spawn_scoped(scope, report).ok())?;
+        Some(Reporter { stop: Some(stop), thread })
     }
+}
+
+/// Does work on the given threads, while its progress is shown. In the end it is told where the time went, if that is
+/// asked for.
+pub(super) fn watched<T: Send>(
+    console: &Console,
+    threads: ThreadOptions,
+    work: impl FnOnce(&Watch) -> Result<T, Error> + Send,
+) -> Result<T, Error> {
+    let (watch, pool) = (console.watch(), threads.pool()?);
+    let done = thread::scope(|scope| {
+        let _reporter = Reporter::start(scope, console, &watch, None);
+        pool.install(|| work(&watch))
+    })?;
+    console.stages(&watch)?;
+    Ok(done)
 }
 
 impl Drop for Reporter<'_> {
@@ -109,7 +127,7 @@ fn print(console: &Console, progress: &Progress, tiles: Option<Tiles>) {
             object["of_tiles"] = tiles.count.into();
             object["mvertices_per_second"] = mvertices_per_second(progress, tiles).into();
         }
-        _ = Console::text(&format!("{object}\n"));
+        _ = console.text(&format!("{object}\n"));
     } else {
         _ = writeln!(io::stderr(), "{}", text(progress, tiles));
     }

@@ -16,35 +16,30 @@ const PRINTED_BYTES: usize = 1 << 16;
 /// Lists the registry of a folder, as a table or as JSON lines.
 pub(super) fn run(arguments: &RegistryArguments, console: &Console) -> Result<(), Error> {
     let registry = export::registry(&arguments.folder)?;
-    let mut printer = Printer::default();
+    let mut printer = Printer { console, text: String::new() };
     if arguments.files {
-        list_files(&registry, arguments, console, &mut printer)?;
+        list_files(&registry, arguments, &mut printer)?;
     } else {
-        list_tiles(&registry, arguments, console, &mut printer)?;
+        list_tiles(&registry, arguments, &mut printer)?;
     }
-    Console::text(&printer.text)
+    console.text(&printer.text)
 }
 
 /// Buffer of text that is printed part by part.
-#[derive(Default)]
-struct Printer {
+struct Printer<'a> {
+    console: &'a Console,
     text: String,
 }
 
-impl Printer {
+impl Printer<'_> {
     fn add(&mut self, text: &str) -> Result<(), Error> {
         self.text.push_str(text);
-        if self.text.len() < PRINTED_BYTES { Ok(()) } else { Console::text(&std::mem::take(&mut self.text)) }
+        if self.text.len() < PRINTED_BYTES { Ok(()) } else { self.console.text(&std::mem::take(&mut self.text)) }
     }
 }
 
-fn list_tiles(
-    registry: &Registry,
-    arguments: &RegistryArguments,
-    console: &Console,
-    printer: &mut Printer,
-) -> Result<(), Error> {
-    if !console.is_json() {
+fn list_tiles(registry: &Registry, arguments: &RegistryArguments, printer: &mut Printer<'_>) -> Result<(), Error> {
+    if !printer.console.is_json() {
         printer.add(&line(["x", "y", "river from", "road from", "lines", "heights", "blend", "files", "state"]))?;
     }
     let mut print = |row: TileRow| {
@@ -53,7 +48,7 @@ fn list_tiles(
             Some(Started::River) => row.river.is_some(),
             Some(Started::Road) => row.road.is_some(),
         };
-        match (is_meant, console.is_json()) {
+        match (is_meant, printer.console.is_json()) {
             (false, _) => Ok(()),
             (true, true) => printer.add(&format!("{}\n", object(&row))),
             (true, false) => printer.add(&table_line(&row)),
@@ -65,12 +60,7 @@ fn list_tiles(
     }
 }
 
-fn list_files(
-    registry: &Registry,
-    arguments: &RegistryArguments,
-    console: &Console,
-    printer: &mut Printer,
-) -> Result<(), Error> {
+fn list_files(registry: &Registry, arguments: &RegistryArguments, printer: &mut Printer<'_>) -> Result<(), Error> {
     registry.for_each_file(|file| {
         let is_meant = arguments.export.as_ref().is_none_or(|export| *export == file.export)
             && arguments.tile.is_none_or(|tile| file.tile == Some(tile));
@@ -78,7 +68,7 @@ fn list_files(
             return Ok(());
         }
         let FileRow { path, export, tile, bytes, blake3 } = file;
-        if console.is_json() {
+        if printer.console.is_json() {
             let tile = tile.map(|tile| [tile.x, tile.y]);
             let object = json!({
                 "type": "file", "path": path, "export": export, "tile": tile, "bytes": bytes, "blake3": blake3.to_hex().as_str(),

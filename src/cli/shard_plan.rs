@@ -6,41 +6,44 @@ use std::ffi::OsString;
 use serde_json::json;
 
 use crate::bake::Shard;
-use crate::cli::args::{BakeArguments, ShardPlanArguments};
-use crate::cli::bake::requested;
+use crate::cli::args::{BakeArguments, FolderArguments, Manner, RunOptions, ShardPlanArguments, WriteArguments};
+use crate::cli::bake::{announce_trial, requested};
 use crate::cli::console::Console;
 use crate::cli::jobs::ShardedBake;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::thread_pool;
 use crate::error::Error;
 use crate::export::{Plan, Trial};
 
 /// Options left out of the shards' commands, each with a value: those that `bake` does not know, and `--out`, as each
 /// shard has its own folder.
-const OWN: [&str; 6] = ["--engine", "--shards", "--minutes", "--image", "--claim", "--out"];
+const OWN: [&str; 7] = ["--engine", "--shards", "--shard-minutes", "--minutes", "--image", "--claim", "--out"];
+
+/// Options of the same kind that take no value: they are about what is said here.
+const SAID: [&str; 5] = ["--json", "--quiet", "-q", "--verbose", "-v"];
 
 /// Prints a job.
 pub(super) fn run(arguments: ShardPlanArguments, console: &Console) -> Result<(), Error> {
-    let ShardPlanArguments { preset, engine, shards, minutes, image, claim, place, common } = arguments;
-    let unfit = [
-        (preset == "-", "-", "name a file that all machines have"),
-        (common.add, "--add", "add exports to the bake when it is whole"),
-        (common.overwrite, "--overwrite", "choose a folder that is empty with --out"),
-        (common.manner.run.dry_run, "--dry-run", "leave it out: shard-plan bakes nothing"),
-        (common.manner.run.verbose, "--verbose", "leave it out: what jobs say goes to files"),
-    ];
-    if let Some((_, option, hint)) = unfit.into_iter().find(|(is_given, ..)| *is_given) {
-        return Err(Error::Option { message: format!("shard-plan takes no {option}"), hint: hint.into() });
+    let ShardPlanArguments { world, engine, shards, shard_minutes, image, claim, place, common, out, threads, device } =
+        arguments;
+    if world.preset == "-" {
+        return Err(Error::Option {
+            message: "shard-plan takes no preset from standard input".into(),
+            hint: "name a file that all machines have".into(),
+        });
     }
     let bake = bake_words()?;
-    let threads = thread_count(common.manner.run.threads);
-    let arguments = BakeArguments { preset, place, shard: None, common };
+    let manner = Manner { run: RunOptions { threads, dry_run: false }, device };
+    let write = WriteArguments { folder: FolderArguments { out, ..FolderArguments::default() }, add: false, manner };
+    let arguments = BakeArguments { world, place, shard: None, common, write };
+    let threads = threads.count();
     let (request, out) = requested(&arguments, console)?;
     let plan = request.plan()?;
+    announce_trial(console, plan.world());
     // One trial serves all numbers of shards: a second trial would measure other times.
-    let trial = thread_pool(threads)?.install(|| plan.trial())?;
+    let trial = thread_pool(threads)?.install(|| plan.trial(&console.stop))?;
     let shards = match shards {
         Some(shards) => shards,
-        None => fitting(&plan, &trial, minutes * 60.0)?,
+        None => fitting(&plan, &trial, shard_minutes * 60.0)?,
     };
     let merge_memory_bytes = plan.cost(threads).memory_bytes();
     let shard = plan.with_shard(Shard::new(1, shards).expect("there is a first one"))?;
@@ -97,7 +100,7 @@ fn bake_words() -> Result<Vec<String>, Error> {
         if OWN.contains(&&word[..]) {
             given.next();
         } else if !OWN.iter().any(|own| word.strip_prefix(own).is_some_and(|rest| rest.starts_with('=')))
-            && !["--json", "--resume", "--quiet", "-q"].contains(&&word[..])
+            && !SAID.contains(&&word[..])
         {
             words.push(word);
         }

@@ -2,33 +2,26 @@
 
 use std::fmt::{Arguments, Write};
 use std::path::Path;
-use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
 
-use crate::cli::args::VerifyArguments;
+use crate::cli::args::{ThreadOptions, VerifyArguments};
 use crate::cli::console::Console;
-use crate::cli::progress::Reporter;
-use crate::cli::{thread_count, thread_pool};
+use crate::cli::progress::watched;
 use crate::error::Error;
 use crate::export::{self, Bytes, Cleaned, Rebake, Repaired};
-use crate::watch::Watch;
 
 /// Checks a bake, and prints its faults.
 pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), Error> {
     let folder = &arguments.folder;
     let rebake = match arguments {
-        VerifyArguments { files: true, .. } => Rebake::None,
+        VerifyArguments { files_only: true, .. } => Rebake::None,
         VerifyArguments { all: true, .. } => Rebake::Share(1.0),
         VerifyArguments { sample, .. } => Rebake::Share(*sample),
     };
-    let pool = thread_pool(thread_count(arguments.threads))?;
-    let (watch, start) = (Watch::default(), Instant::now());
-    let checked = thread::scope(|scope| {
-        let _reporter = Reporter::start(scope, console, &watch, None);
-        pool.install(|| export::check(folder, rebake, &watch))
-    })?;
+    let start = Instant::now();
+    let checked = watched(console, arguments.threads, |watch| export::check(folder, rebake, watch))?;
     let mut text = String::new();
     for fault in &checked.faults {
         if console.is_json() {
@@ -65,13 +58,9 @@ pub(super) fn run(arguments: &VerifyArguments, console: &Console) -> Result<(), 
 }
 
 /// Repairs a bake: bakes its faulty files again.
-pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> Result<(), Error> {
-    let pool = thread_pool(thread_count(threads))?;
-    let (watch, start) = (Watch::default(), Instant::now());
-    let Repaired { files, kept } = thread::scope(|scope| {
-        let _reporter = Reporter::start(scope, console, &watch, None);
-        pool.install(|| export::repair(folder, &watch))
-    })?;
+pub(super) fn repair(folder: &Path, threads: ThreadOptions, console: &Console) -> Result<(), Error> {
+    let start = Instant::now();
+    let Repaired { files, kept } = watched(console, threads, |watch| export::repair(folder, watch))?;
     let seconds = start.elapsed().as_secs_f64();
     console.warnings(&export::kept_warnings(&kept));
     let object = json!({
@@ -87,7 +76,7 @@ pub(super) fn repair(folder: &Path, threads: Option<u32>, console: &Console) -> 
 
 /// Removes the files of a bake from a folder.
 pub(super) fn clean(folder: &Path, dry: bool, console: &Console) -> Result<(), Error> {
-    let Cleaned { files, bytes, kept } = export::clean(folder, dry)?;
+    let Cleaned { files, bytes, kept } = export::clean(folder, dry, &console.watch().clock)?;
     let object = json!({
         "type": if dry { "plan" } else { "cleaned" }, "folder": folder.to_string_lossy(), "files": files, "bytes": bytes,
         "kept": kept,

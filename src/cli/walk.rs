@@ -7,35 +7,28 @@ use crate::cli::args::WalkArguments;
 use crate::cli::bake::{carry_out, on_device};
 use crate::cli::console::Console;
 use crate::error::Error;
-use crate::export::{Export, Mode, Plan};
+use crate::export::{Export, Plan};
 use crate::walker::{Tour, Walk, Way};
 use crate::world::World;
 
 /// Walks the way that the command line asks for, and bakes the tiles that the walker comes to.
 pub(super) fn run(arguments: &WalkArguments, console: &Console) -> Result<(), Error> {
-    let WalkArguments { seed, export, names, vectors, out, overwrite, resume, manner, .. } = arguments;
+    let WalkArguments { world: asked, export, names, vectors, folder, manner, .. } = arguments;
     // Check all options before anything is written.
     let sources = arguments.sources()?;
     let name = sources.name().to_owned();
     let preset = sources.read_all()?;
     let moved = preset.warnings(&sources);
-    let world = World::new(preset, *seed)?;
+    let world = World::new(preset, asked.seed)?;
     let tour = arguments.tour()?;
-    if !manner.run.quiet {
-        console.warnings(&[moved, world.warnings()].concat());
-    }
-    let out = out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
+    console.warnings(&[moved, world.warnings()].concat());
+    let out = folder.out.clone().unwrap_or_else(|| default_folder(&name, &world, &tour, arguments.path.as_deref()));
     let plan = Plan::of_walk(&world, &name, Walk::new(tour, &world)?, Export::parse_list(export)?)?
         .with_vectors(vectors.options())?
         .with_names(*names);
     plan.check_options(&vectors.given())?;
-    let mode = match (overwrite, resume) {
-        (true, _) => Mode::Replace,
-        (_, true) => Mode::Resume,
-        _ => Mode::New,
-    };
     let plan = on_device(plan, manner, console)?;
-    carry_out(&plan, mode, &out, &manner.run, console)
+    carry_out(&plan, folder.mode(), &out, &manner.run, console)
 }
 
 /// Returns the default folder of a walk: a different one for each seed and way.

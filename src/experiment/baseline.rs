@@ -9,6 +9,7 @@ use crate::area::TileId;
 use crate::clock::{Clock, stage};
 use crate::hash;
 use crate::relief::settings::NoiseTerm;
+use crate::stop::Stopped;
 use crate::tile::Vertex;
 use crate::world::World;
 
@@ -148,7 +149,10 @@ impl Baseline {
     }
 
     /// Makes a tile, with the time of each stage booked on `clock`.
-    pub fn tile(&self, id: TileId, clock: &Clock) -> BaselineTile {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn tile(&self, id: TileId, clock: &Clock) -> Result<BaselineTile, Stopped> {
         // Copy the flat grid, then set the height of each vertex.
         let mut vertices = self.grid.clone();
         clock.time(stage::RELIEF, || {
@@ -161,14 +165,14 @@ impl Baseline {
                     self.ridged((east + centre[0]) / self.wavelength_m, (south + centre[1]) / self.wavelength_m);
                 vertex.position[1] = fractal * self.height_m;
             }
-        });
-        clock.time(stage::NORMALS, || self.fill_normals(&mut vertices));
+        })?;
+        clock.time(stage::NORMALS, || self.fill_normals(&mut vertices))?;
         let blend = clock.time(stage::BLEND, || {
             // The dot product of the normal and straight up is the normal's second coordinate.
             let steepness = |vertex: &Vertex| ((1.0 - vertex.normal[1]) * self.slope_scale).min(1.0);
             vertices.iter().map(|vertex| (steepness(vertex) * 255.0) as u8).collect()
-        });
-        BaselineTile { vertices, blend }
+        })?;
+        Ok(BaselineTile { vertices, blend })
     }
 
     /// Returns Musgrave's ridged multifractal at a point.
@@ -252,7 +256,7 @@ mod tests {
         let (min_m, max_m) = world.height_range_m();
         let mut steep = 0;
         for x in -4..4 {
-            let tile = baseline.tile(TileId { x, y: 3 }, &clock);
+            let tile = baseline.tile(TileId { x, y: 3 }, &clock).unwrap();
             assert_eq!((tile.vertices.len(), tile.blend.len()), (65 * 65, 65 * 65));
             for vertex in &tile.vertices {
                 assert!((min_m..=max_m).contains(&vertex.position[1]), "{vertex:?}");
@@ -263,7 +267,7 @@ mod tests {
         }
         assert!(steep > 0, "somewhere it is steep");
         // Neighbours meet at their edge, as in the thesis.
-        let [west, east] = [0, 1].map(|x| baseline.tile(TileId { x, y: 0 }, &clock).vertices);
+        let [west, east] = [0, 1].map(|x| baseline.tile(TileId { x, y: 0 }, &clock).unwrap().vertices);
         let apart = (0..65).map(|row| (west[row * 65 + 64].position[1] - east[row * 65].position[1]).abs());
         assert!(apart.fold(0.0, f32::max) < 0.05);
     }

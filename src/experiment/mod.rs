@@ -44,6 +44,7 @@ use crate::clock::Clock;
 use crate::device::{Device, LandMaker};
 use crate::error::Error;
 use crate::preset::{Preset, TILE_CELLS};
+use crate::stop::{Stop, Stopped};
 use crate::threads::thread_pool;
 use crate::walker::{Camera, Expansion, FRAMES_A_SECOND, LAYERS, Walker, WalkerOptions};
 use crate::world::World;
@@ -302,8 +303,8 @@ pub struct WalkResult {
 /// nine tiles where there is one layer.
 ///
 /// # Errors
-/// When an option is out of its range, or a GPU or threads that are asked for are not available.
-pub fn walk(options: &ExperimentOptions, tile_cells: u32) -> Result<WalkResult, Error> {
+/// When an option is out of its range, or a GPU or threads that are asked for are not available. When the work is stopped.
+pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result<WalkResult, Error> {
     options.check()?;
     let world = world(tile_cells)?;
     let side_m = tile_cells as f64 * world.spacing_m();
@@ -325,7 +326,7 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32) -> Result<WalkResult, 
             one_tile_a_step: step == Step::One,
             ..WalkerOptions::default()
         };
-        let walker = Walker::with_maker(&world, walker_options, maker);
+        let walker = Walker::with_maker(&world, walker_options, maker, stop)?;
         Ok(Walking { configuration, walker, pool: threads.map(thread_pool).transpose()? })
     };
     let ours = series.iter().map(|series| series.configuration).filter(|it| it.method != Method::Baseline);
@@ -335,7 +336,7 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32) -> Result<WalkResult, 
         walkers.push(walker(options.first(Method::NoAgents))?);
     }
     let stages_at_start: Vec<_> = walkers.iter().map(|walking| walking.walker.clock().stages()).collect();
-    let baseline_clock = Clock::default();
+    let baseline_clock = Clock::stopped_by(stop);
     let baseline = options.baseline.then(|| Baseline::new(&world));
     let track = (0..=frames).step_by(FRAMES_A_SECOND as usize).map(place);
     let mut picture = WalkPicture::new(track, side_m, options.first(Method::Agents).layers);
@@ -351,7 +352,7 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32) -> Result<WalkResult, 
             let index = (turn + turns) % walkers.len();
             let walking = &mut walkers[index];
             let configuration = walking.configuration;
-            let Some(expansion) = walking.move_to(place_m) else { continue };
+            let Some(expansion) = walking.move_to(place_m)? else { continue };
             is_idle = false;
             if let Some(series) = series.iter_mut().find(|series| series.configuration == configuration) {
                 let elapsed_ms = expansion.elapsed.as_secs_f64() * 1e3;
@@ -372,7 +373,7 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32) -> Result<WalkResult, 
             let start = Instant::now();
             for id in &entered_by_first {
                 // Otherwise the compiler could leave out a tile that nobody reads.
-                black_box(baseline.tile(*id, &baseline_clock));
+                black_box(baseline.tile(*id, &baseline_clock)?);
             }
             let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
             series.timings.push(Timing { time_s, tiles: entered_by_first.len(), elapsed_ms });
@@ -402,13 +403,13 @@ struct Walking<'w> {
 
 impl Walking<'_> {
     /// Moves the walker to a place in metres east and south. `None` where no tile is made.
-    fn move_to(&mut self, [east_m, south_m]: [f64; 2]) -> Option<Expansion> {
+    fn move_to(&mut self, [east_m, south_m]: [f64; 2]) -> Result<Option<Expansion>, Stopped> {
         let Walking { walker, pool, .. } = self;
         let expansion = match pool {
             Some(pool) => pool.install(|| walker.move_to(east_m, south_m)),
             None => walker.move_to(east_m, south_m),
-        };
-        expansion.filter(|expansion| !expansion.entered.is_empty())
+        }?;
+        Ok(expansion.filter(|expansion| !expansion.entered.is_empty()))
     }
 }
 
@@ -450,7 +451,7 @@ mod tests {
     #[test]
     fn all_configurations_of_a_walk_expand_together() {
         let options = short(&[16]);
-        let walk = walk(&options, 16).unwrap();
+        let walk = walk(&options, 16, &Stop::default()).unwrap();
         assert_eq!(walk.series.len(), 3);
         let steps =
             |series: &Series| -> Vec<_> { series.timings.iter().map(|timing| (timing.time_s, timing.tiles)).collect() };
@@ -488,7 +489,7 @@ mod tests {
     fn what_is_not_asked_for_is_not_measured() {
         let methods = |agents: &[bool], baseline| {
             let options = ExperimentOptions { agents: agents.to_vec(), baseline, ..short(&[32]) };
-            let walk = walk(&options, 32).unwrap();
+            let walk = walk(&options, 32, &Stop::default()).unwrap();
             walk.series.iter().map(|series| (series.configuration.method, series.timings.len())).collect::<Vec<_>>()
         };
         let count = methods(&[true], false)[0].1;
@@ -509,7 +510,7 @@ mod tests {
             minutes: 0.2,
             ..short(&[16])
         };
-        let walk = walk(&options, 16).unwrap();
+        let walk = walk(&options, 16, &Stop::default()).unwrap();
         let of = |name: &str| walk.series.iter().find(|series| series.configuration.name() == name).unwrap();
         let tiles = |name: &str| of(name).timings.iter().map(|timing| timing.tiles).collect::<Vec<_>>();
         assert_eq!(walk.series.len(), 2 * 2 * 2 + 1);

@@ -156,7 +156,7 @@ fn cover(tile: &Tile, [x0, y0, x1, y1]: [i64; 4]) -> PixelGround {
     let (wide, high) = (x1 - x0, y1 - y0);
     let (x0, x1) = ((x0 - wide).max(area.x0), (x1 + wide).min(area.x1));
     let (y0, y1) = ((y0 - high).max(area.y0), (y1 + high).min(area.y1));
-    // A share of a half is the middle of a shoulder or bank.
+    // The share is a half in the middle of a shoulder or bank.
     let holds =
         |share: &crate::grid::Grid<f32>| (y0..y1).any(|y| share.row(y, x0, x1).iter().any(|&share| share > 0.5));
     match (imprint.sand().is_some_and(holds), imprint.dirt().any(holds)) {

@@ -11,10 +11,11 @@ use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 
+use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::explore::request::{Failure, Status};
+use crate::explore::request::Failure;
 use crate::explore::worlds::{Opened, WorldRecipe};
 use crate::export::{Export, Profile};
 use crate::shell::quoted;
@@ -124,12 +125,11 @@ impl Bakes {
     pub fn arguments(order: &Order, opened: &Opened) -> Result<Vec<String>, Failure> {
         let Order { at, size, scale, profile, exports, .. } = order;
         if size.iter().any(|side| !(1..=MOST_TILES).contains(side)) {
-            return Err(Failure::new(Status::Malformed, format!("size: expected 1 to {MOST_TILES} tiles a side"), ""));
+            return Err(Failure::malformed(format!("size: expected 1 to {MOST_TILES} tiles a side")));
         }
         // Check both: the command would take a text that is no export or profile for an option.
-        let of = |error| Failure::of(&error);
-        exports.as_deref().map(Export::parse_list).transpose().map_err(of)?;
-        let profile = profile.as_deref().map(Profile::from_str).transpose().map_err(of)?;
+        exports.as_deref().map(Export::parse_list).transpose()?;
+        let profile = profile.as_deref().map(Profile::from_str).transpose()?;
         let WorldRecipe { seed, set, .. } = &opened.recipe;
         let mut arguments = vec!["bake".to_owned(), opened.source.clone()];
         if seed.is_some() {
@@ -163,7 +163,7 @@ impl Bakes {
         match (of("plan"), of("error")) {
             (Some(plan), error) => Ok((plan.clone(), error.map(said))),
             (None, Some(error)) => Err(said(error)),
-            (None, None) => Err(Failure::new(Status::Broken, "the command has said nothing", "")),
+            (None, None) => Err(Failure::broken("the command has said nothing")),
         }
     }
 
@@ -172,11 +172,16 @@ impl Bakes {
     /// # Errors
     /// When too many bakes run, or the command cannot be started.
     pub fn begin(&self, arguments: &[String], mode: FolderMode) -> Result<usize, Failure> {
+        self.begin_on(thread::Builder::new(), arguments, mode)
+    }
+
+    /// Starts a bake whose messages are read by the given thread.
+    fn begin_on(&self, listener: thread::Builder, arguments: &[String], mode: FolderMode) -> Result<usize, Failure> {
         let mut all = self.all();
         let running = all.iter().filter(|bake| bake.progress.is_alive()).count();
         if running >= MOST_RUNNING {
             return Err(Failure::new(
-                Status::Conflict,
+                StatusCode::CONFLICT,
                 format!("{running} bakes are under way"),
                 "wait, or cancel one",
             ));
@@ -186,14 +191,17 @@ impl Bakes {
         command.stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().map_err(|error| cannot_start(&error))?;
         let messages = child.stdout.take().expect("it is piped");
+        // The thread cannot look for the bake before it is there, since this function holds the lock.
+        let (index, shared) = (all.len(), self.all.clone());
+        if let Err(error) = listener.spawn(move || listen(messages, &shared, index)) {
+            // Nobody would see the bake end: it would count as running for ever.
+            _ = child.kill();
+            _ = child.wait();
+            return Err(cannot_start(&error));
+        }
         let progress =
             BakeProgress { state: RUNNING, stage: None, done: 0, of: None, seconds_left: None, out: None, error: None };
         all.push(Running { child, progress });
-        let (index, shared) = (all.len() - 1, self.all.clone());
-        drop(all);
-        let listen = move || listen(messages, &shared, index);
-        // If no thread can be started, nobody listens: the bake runs, but its progress stays unknown.
-        _ = thread::Builder::new().spawn(listen);
         Ok(index + 1)
     }
 
@@ -228,9 +236,11 @@ impl Bakes {
     pub fn map(&self, number: u64) -> Result<PathBuf, Failure> {
         let progress = self.progress(number)?;
         let out = progress.out.filter(|_| progress.state == "done");
-        let out = out.ok_or_else(|| Failure::new(Status::Conflict, "this bake is not done", ""))?;
+        let out = out.ok_or_else(|| Failure::new(StatusCode::CONFLICT, "this bake is not done", ""))?;
         let map = Path::new(&out).join("map/map.png");
-        map.is_file().then_some(map).ok_or_else(|| Failure::new(Status::Missing, "this bake has no map", "export map"))
+        map.is_file()
+            .then_some(map)
+            .ok_or_else(|| Failure::new(StatusCode::NOT_FOUND, "this bake has no map", "export map"))
     }
 
     fn command(&self, arguments: &[String]) -> Command {
@@ -296,7 +306,7 @@ fn listen(messages: impl Read, all: &Mutex<Vec<Running>>, index: usize) {
             _ if is_good && progress.out.is_some() => "done",
             STOPPING => "cancelled",
             _ => {
-                let silent = || Failure::new(Status::Broken, "the bake has ended without a word", "");
+                let silent = || Failure::broken("the bake has ended without a word");
                 progress.error.get_or_insert_with(silent);
                 "failed"
             }
@@ -308,14 +318,14 @@ fn listen(messages: impl Read, all: &Mutex<Vec<Running>>, index: usize) {
 /// Converts an error message of the command to a failure.
 fn said(error: &Value) -> Failure {
     Failure::new(
-        Status::Faulty,
+        StatusCode::UNPROCESSABLE_ENTITY,
         error["message"].as_str().unwrap_or_default(),
         error["hint"].as_str().unwrap_or_default(),
     )
 }
 
 fn cannot_start(error: &std::io::Error) -> Failure {
-    Failure::new(Status::Broken, format!("the command cannot be started: {error}"), "")
+    Failure::broken(format!("the command cannot be started: {error}"))
 }
 
 /// Returns the command line as somebody would type it.
@@ -325,4 +335,22 @@ pub(super) fn typed(arguments: &[String]) -> String {
         write!(text, " {}", quoted(argument)).expect("a String takes everything");
     }
     text
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bake_to_which_nobody_can_listen_takes_no_place() {
+        let bakes = Bakes::new("sh".into());
+        let arguments = ["-c", "exec sleep 60"].map(str::to_owned);
+        for _ in 0..=MOST_RUNNING {
+            // No system has room for such a stack.
+            let listener = thread::Builder::new().stack_size(usize::MAX / 2);
+            let failure = bakes.begin_on(listener, &arguments, FolderMode::New).unwrap_err();
+            assert_eq!(failure.status, StatusCode::INTERNAL_SERVER_ERROR, "{}", failure.error);
+        }
+        assert_eq!(bakes.begin(&arguments, FolderMode::New), Ok(1));
+    }
 }

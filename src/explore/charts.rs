@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, OnceLock};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::explore::tile_address::{Stage, pixel_m};
 use crate::explore::worlds::Opened;
@@ -37,13 +38,14 @@ impl Charts {
     /// Returns the map of a world at a zoom level.
     ///
     /// # Errors
-    /// When there is no such style.
+    /// When there is no such style, or `clock` stops the work.
     pub fn chart(
         &self,
         opened: &Opened,
         (zoom, is_dense): (u8, bool),
         style: &'static str,
         stage: Stage,
+        clock: &Clock,
     ) -> Result<Arc<Chart>, Error> {
         let level = self.level(Key { world: opened.digest, stage, zoom, is_dense });
         let (slot, other) = {
@@ -66,9 +68,9 @@ impl Charts {
         let metres_per_pixel = pixel_m(opened.world.spacing_m(), zoom) / dense;
         let scale = Scale { metres_per_pixel, pixels_per_mm: PIXELS_A_MM * dense };
         let chart = match (other, stage.halvings()) {
-            (Some(other), _) => other.in_style(drawn),
-            (None, Some(halvings)) => Chart::sketch(&opened.world, drawn, scale, halvings),
-            (None, None) => Chart::of_world(&opened.world, drawn, scale),
+            (Some(other), _) => other.in_style(drawn, clock)?,
+            (None, Some(halvings)) => Chart::sketch(&opened.world, drawn, scale, halvings, clock)?,
+            (None, None) => Chart::of_world(&opened.world, drawn, scale, clock)?,
         };
         // Two threads may have made the same chart at once: one of them is dropped.
         Ok(slot.get_or_init(|| chart).clone())

@@ -12,11 +12,13 @@ use std::task::{Context, Poll};
 use std::thread;
 use std::time::Duration;
 
+use axum::http::StatusCode;
 use tokio::sync::oneshot;
 
+use crate::clock::Clock;
 use crate::error::Error;
-use crate::explore::request::{Failure, Status};
-use crate::stop::{self, Stopper};
+use crate::explore::request::Failure;
+use crate::stop::Stop;
 
 /// The bytes that a job makes for the page, in parts.
 pub(super) type Product = Arc<Vec<Vec<u8>>>;
@@ -71,6 +73,8 @@ pub(super) struct Queue {
 struct Shared {
     state: Mutex<State>,
     come: Condvar,
+    /// The stop of all jobs and of the threads.
+    stop: Stop,
 }
 
 #[derive(Debug, Default)]
@@ -79,7 +83,6 @@ struct State {
     jobs: HashMap<blake3::Hash, Job>,
     /// Number of jobs and tickets so far, so that each gets a number of its own.
     count: u64,
-    is_closed: bool,
 }
 
 struct Job {
@@ -87,11 +90,11 @@ struct Job {
     lane: Lane,
     /// The work; `None` once a thread has taken it.
     work: Option<Work>,
-    stopper: Stopper,
+    stop: Stop,
     waiting: Vec<(u64, oneshot::Sender<Outcome>)>,
 }
 
-type Work = Box<dyn FnOnce() -> Result<Product, Error> + Send>;
+type Work = Box<dyn FnOnce(&Clock) -> Result<Product, Error> + Send>;
 
 impl std::fmt::Debug for Job {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -113,12 +116,13 @@ pub(super) struct Ticket {
 
 impl Queue {
     /// Starts the given number of threads for each lane that draws, and one for the pointer lane. They end with the
-    /// queue.
+    /// queue, or when the process is to end.
     ///
     /// # Errors
     /// When the system cannot start that many threads.
-    pub fn start(threads: usize) -> Result<Queue, Error> {
-        let queue = Queue { shared: Arc::new(Shared { state: Mutex::default(), come: Condvar::new() }) };
+    pub fn start(threads: usize, process: &Stop) -> Result<Queue, Error> {
+        let shared = Shared { state: Mutex::default(), come: Condvar::new(), stop: process.child() };
+        let queue = Queue { shared: Arc::new(shared) };
         let all: Vec<Lane> =
             Lane::ALL.into_iter().flat_map(|lane| std::iter::repeat_n(lane, lane.threads(threads))).collect();
         for lane in &all {
@@ -146,17 +150,21 @@ impl Queue {
         &self,
         lane: Lane,
         key: blake3::Hash,
-        work: impl FnOnce() -> Result<Product, Error> + Send + 'static,
+        work: impl FnOnce(&Clock) -> Result<Product, Error> + Send + 'static,
     ) -> Result<Ticket, Failure> {
         let mut state = self.shared.state();
         if !state.jobs.contains_key(&key) {
             if state.lanes[lane as usize].len() >= MOST_WAITING {
-                return Err(Failure::new(Status::Busy, "too much is asked for at once", "ask again in a second"));
+                return Err(Failure::new(
+                    StatusCode::SERVICE_UNAVAILABLE,
+                    "too much is asked for at once",
+                    "ask again in a second",
+                ));
             }
             state.count += 1;
             let number = state.count;
-            let (work, stopper): (Work, _) = (Box::new(work), Stopper::default());
-            state.jobs.insert(key, Job { number, lane, work: Some(work), stopper, waiting: Vec::new() });
+            let (work, stop): (Work, _) = (Box::new(work), self.shared.stop.child());
+            state.jobs.insert(key, Job { number, lane, work: Some(work), stop, waiting: Vec::new() });
             state.lanes[lane as usize].push_back(key);
         }
         state.count += 1;
@@ -171,10 +179,7 @@ impl Queue {
 
 impl Drop for Queue {
     fn drop(&mut self) {
-        let mut state = self.shared.state();
-        state.is_closed = true;
-        state.jobs.values().for_each(|job| job.stopper.request());
-        drop(state);
+        self.shared.stop.request();
         self.shared.come.notify_all();
     }
 }
@@ -189,21 +194,20 @@ impl Shared {
         #[cfg(target_os = "linux")]
         // If the system refuses, all lanes get the same share of the processor.
         let _ = rustix::process::nice(lane.nicer());
-        // Drawing uses rayon. Give it a pool of this thread alone: a stopper works only on its own thread, so it stops
-        // all of the job.
+        // Drawing uses rayon. Give it a pool of this thread alone, so that a job takes no time of other lanes.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
         let _pool = pool.expect("a pool of one thread that is there already starts none");
         loop {
             let mut state = self.state();
-            let (key, number, work, stopper) = loop {
-                if state.is_closed || stop::is_requested() {
+            let (key, number, work, stop) = loop {
+                if self.stop.is_requested() {
                     return;
                 }
                 // If the job of a key was removed, go on with the next key.
                 if let Some(key) = state.lanes[lane as usize].pop_front() {
                     let taken = state.jobs.get_mut(&key).and_then(|job| {
                         let work = job.work.take()?;
-                        Some((key, job.number, work, job.stopper.clone()))
+                        Some((key, job.number, work, job.stop.clone()))
                     });
                     match taken {
                         Some(taken) => break taken,
@@ -215,12 +219,10 @@ impl Shared {
             };
             drop(state);
             // A panic must not end the thread: it has other jobs to do.
-            let done = catch_unwind(AssertUnwindSafe(|| stopper.run(work)));
+            let done = catch_unwind(AssertUnwindSafe(|| work(&Clock::stopped_by(&stop))));
             let outcome = match done {
-                Ok(done) => done.map_err(|error| Failure::of(&error)),
-                Err(_) => {
-                    Err(Failure::new(Status::Broken, "this could not be drawn: that is a fault of the program", ""))
-                }
+                Ok(done) => done.map_err(Failure::from),
+                Err(_) => Err(Failure::broken("this could not be drawn: that is a fault of the program")),
             };
             let mut state = self.state();
             // If all tickets were dropped and somebody asked anew, the job of this key is another one.
@@ -240,7 +242,7 @@ impl Future for Ticket {
     type Output = Outcome;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Outcome> {
-        let closed = || Err(Failure::new(Status::Busy, "the explorer is closing", ""));
+        let closed = || Err(Failure::new(StatusCode::SERVICE_UNAVAILABLE, "the explorer is closing", ""));
         Pin::new(&mut self.outcome).poll(context).map(|outcome| outcome.unwrap_or_else(|_| closed()))
     }
 }
@@ -253,7 +255,7 @@ impl Drop for Ticket {
         job.waiting.retain(|(number, _)| *number != self.number);
         if job.waiting.is_empty() && before > 0 {
             let job = state.jobs.remove(&self.key).expect("it was there");
-            job.stopper.request();
+            job.stop.request();
             state.lanes[job.lane as usize].retain(|key| *key != self.key);
         }
     }
@@ -281,41 +283,41 @@ mod tests {
 
     #[test]
     fn what_several_ask_for_is_made_once() {
-        let queue = Queue::start(1).unwrap();
+        let queue = Queue::start(1, &Stop::default()).unwrap();
         let made = Arc::new(AtomicUsize::new(0));
         let (go, gone) = channel();
         let count = made.clone();
-        let first = queue.ask(Lane::Quick, key(1), move || {
+        let first = queue.ask(Lane::Quick, key(1), move |_| {
             gone.recv().unwrap();
             count.fetch_add(1, Ordering::Relaxed);
             Ok(product(1))
         });
-        let second = queue.ask(Lane::Quick, key(1), || unreachable!("somebody else has asked"));
+        let second = queue.ask(Lane::Quick, key(1), |_| unreachable!("somebody else has asked"));
         go.send(()).unwrap();
         assert_eq!(wait(first.unwrap()).unwrap()[0], [1]);
         assert_eq!(wait(second.unwrap()).unwrap()[0], [1]);
         assert_eq!(made.load(Ordering::Relaxed), 1);
         // A later request makes the product anew.
-        assert_eq!(wait(queue.ask(Lane::Quick, key(1), || Ok(product(2))).unwrap()).unwrap()[0], [2]);
+        assert_eq!(wait(queue.ask(Lane::Quick, key(1), |_| Ok(product(2))).unwrap()).unwrap()[0], [2]);
     }
 
     #[test]
     fn what_nobody_waits_for_is_stopped_or_never_begun() {
-        let queue = Queue::start(1).unwrap();
+        let queue = Queue::start(1, &Stop::default()).unwrap();
         let (begun, begins) = channel();
-        let endless = move || {
+        let endless = move |clock: &Clock| {
             begun.send(()).unwrap();
             loop {
-                stop::check();
+                clock.check()?;
                 thread::sleep(Duration::from_millis(1));
             }
         };
         let running = queue.ask(Lane::Slow, key(1), endless).unwrap();
         begins.recv().unwrap();
-        let waiting = queue.ask(Lane::Slow, key(2), || unreachable!("nobody wants it")).unwrap();
-        let last = queue.ask(Lane::Slow, key(3), || Ok(product(3))).unwrap();
+        let waiting = queue.ask(Lane::Slow, key(2), |_| unreachable!("nobody wants it")).unwrap();
+        let last = queue.ask(Lane::Slow, key(3), |_| Ok(product(3))).unwrap();
         // The other lane does not wait for the endless job.
-        assert!(wait(queue.ask(Lane::Quick, key(4), || Ok(product(4))).unwrap()).is_ok());
+        assert!(wait(queue.ask(Lane::Quick, key(4), |_| Ok(product(4))).unwrap()).is_ok());
         drop(waiting);
         drop(running);
         let since = Instant::now();
@@ -326,7 +328,7 @@ mod tests {
 
     #[test]
     fn what_is_pointed_at_waits_for_nothing_that_is_drawn() {
-        let queue = Queue::start(2).unwrap();
+        let queue = Queue::start(2, &Stop::default()).unwrap();
         let (go, gone) = channel::<()>();
         let gone = Arc::new(Mutex::new(gone));
         // More jobs than threads in both lanes that draw.
@@ -335,14 +337,14 @@ mod tests {
             .zip(0..)
             .map(|(lane, number)| {
                 let gone = gone.clone();
-                let wait = move || {
+                let wait = move |_: &Clock| {
                     _ = gone.lock().unwrap().recv();
                     Ok(product(0))
                 };
                 queue.ask(lane, key(number), wait).unwrap()
             })
             .collect();
-        assert_eq!(wait(queue.ask(Lane::Pointer, key(100), || Ok(product(1))).unwrap()).unwrap()[0], [1]);
+        assert_eq!(wait(queue.ask(Lane::Pointer, key(100), |_| Ok(product(1))).unwrap()).unwrap()[0], [1]);
         drop(go);
         for ticket in drawn {
             assert!(wait(ticket).is_ok());
@@ -351,29 +353,29 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told_and_the_rest_goes_on() {
-        let queue = Queue::start(1).unwrap();
-        let refused = || Err(Error::Option { message: "no such thing".into(), hint: "another".into() });
+        let queue = Queue::start(1, &Stop::default()).unwrap();
+        let refused = |_: &Clock| Err(Error::Option { message: "no such thing".into(), hint: "another".into() });
         let failure = wait(queue.ask(Lane::Quick, key(1), refused).unwrap()).unwrap_err();
-        assert_eq!(failure.status, Status::Faulty);
-        let panic = queue.ask(Lane::Quick, key(2), || std::panic::resume_unwind(Box::new("a bug"))).unwrap();
-        assert_eq!(wait(panic).unwrap_err().status, Status::Broken);
-        assert!(wait(queue.ask(Lane::Quick, key(3), || Ok(product(1))).unwrap()).is_ok());
+        assert_eq!(failure.status, StatusCode::UNPROCESSABLE_ENTITY);
+        let panic = queue.ask(Lane::Quick, key(2), |_| std::panic::resume_unwind(Box::new("a bug"))).unwrap();
+        assert_eq!(wait(panic).unwrap_err().status, StatusCode::INTERNAL_SERVER_ERROR);
+        assert!(wait(queue.ask(Lane::Quick, key(3), |_| Ok(product(1))).unwrap()).is_ok());
     }
 
     #[test]
     fn no_more_waits_than_there_is_room_for() {
-        let queue = Queue::start(1).unwrap();
+        let queue = Queue::start(1, &Stop::default()).unwrap();
         let (go, gone) = channel::<()>();
         let (begun, begins) = channel();
-        let first = queue.ask(Lane::Slow, key(0), move || {
+        let first = queue.ask(Lane::Slow, key(0), move |_| {
             begun.send(()).unwrap();
             _ = gone.recv();
             Ok(product(0))
         });
         begins.recv().unwrap();
-        let ask = |number| queue.ask(Lane::Slow, key(number), || Ok(product(1)));
+        let ask = |number| queue.ask(Lane::Slow, key(number), |_| Ok(product(1)));
         let tickets: Vec<Ticket> = (1..=MOST_WAITING as u32).map(|number| ask(number).unwrap()).collect();
-        assert_eq!(ask(9999).unwrap_err().status, Status::Busy);
+        assert_eq!(ask(9999).unwrap_err().status, StatusCode::SERVICE_UNAVAILABLE);
         assert!(ask(5).is_ok(), "that is asked for already");
         drop(go);
         assert!(wait(first.unwrap()).is_ok());

@@ -6,73 +6,57 @@
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
-use serde::Serialize;
+use axum::extract::Query;
+use axum::http::{StatusCode, Uri};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::Error;
-use crate::explore::tile_address::{Stage, TileAddress};
+use crate::explore::tile_address::TileAddress;
 
 /// The reason why a request is not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Failure {
     #[serde(skip)]
-    pub status: Status,
+    pub status: StatusCode,
     pub error: String,
     pub hint: Option<String>,
     /// Place in a preset, with the line.
     pub place: Option<String>,
 }
 
-/// The kind of a failure, as an HTTP status code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Status {
-    /// The address or the body makes no sense.
-    Malformed = 400,
-    /// The request comes from elsewhere.
-    Forbidden = 403,
-    Missing = 404,
-    /// The address cannot be used with this method.
-    Method = 405,
-    /// Not possible in the present state.
-    Conflict = 409,
-    /// The body is larger than any valid one.
-    Large = 413,
-    /// The body is not declared as JSON.
-    Form = 415,
-    /// The request is understood, but cannot be done.
-    Faulty = 422,
-    /// The program has a fault.
-    Broken = 500,
-    /// Too much is asked for, or the work was stopped; possible another time.
-    Busy = 503,
-}
-
 impl Failure {
-    pub fn new(status: Status, error: impl Into<String>, hint: impl Into<String>) -> Failure {
+    pub fn new(status: StatusCode, error: impl Into<String>, hint: impl Into<String>) -> Failure {
         let hint = Some(hint.into()).filter(|hint| !hint.is_empty());
         Failure { status, error: error.into(), hint, place: None }
     }
 
-    /// Converts an error of the library to a failure.
-    pub fn of(error: &Error) -> Failure {
-        let hint = error.hint().unwrap_or_default();
-        match error {
-            Error::Preset { message, source_place: Some(_), .. } => {
-                let text = error.to_string();
-                let place = text.replacen(message, "", 1).trim_end_matches(": ").replacen(": \n", "\n", 1);
-                Failure { place: Some(place), ..Failure::new(Status::Faulty, message, hint) }
-            }
-            Error::Interrupted => Failure::new(Status::Busy, "this was not wanted any more", ""),
-            Error::Io { .. } => Failure::new(Status::Broken, error.to_string(), hint),
-            _ => Failure::new(Status::Faulty, error.to_string(), hint),
-        }
+    pub fn broken(error: impl Into<String>) -> Failure {
+        Failure::new(StatusCode::INTERNAL_SERVER_ERROR, error, "")
     }
 
-    fn malformed(error: impl Into<String>) -> Failure {
-        Failure::new(Status::Malformed, error, "")
+    pub fn malformed(error: impl Into<String>) -> Failure {
+        Failure::new(StatusCode::BAD_REQUEST, error, "")
     }
 
     pub fn missing() -> Failure {
-        Failure::new(Status::Missing, "there is nothing at this address", "")
+        Failure::new(StatusCode::NOT_FOUND, "there is nothing at this address", "")
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Failure {
+        let hint = error.hint().unwrap_or_default();
+        match &error {
+            Error::Preset { message, source_place: Some(_), .. } => {
+                let text = error.to_string();
+                let place = text.replacen(message, "", 1).trim_end_matches(": ").replacen(": \n", "\n", 1);
+                Failure { place: Some(place), ..Failure::new(StatusCode::UNPROCESSABLE_ENTITY, message, hint) }
+            }
+            Error::Interrupted => Failure::new(StatusCode::SERVICE_UNAVAILABLE, "this was not wanted any more", ""),
+            Error::Io { .. } => Failure::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string(), hint),
+            _ => Failure::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string(), hint),
+        }
     }
 }
 
@@ -102,7 +86,7 @@ impl Sender<'_> {
             return Ok(());
         }
         Err(Failure::new(
-            Status::Forbidden,
+            StatusCode::FORBIDDEN,
             "the explorer answers to its own page alone",
             format!("open http://127.0.0.1:{port}/"),
         ))
@@ -123,78 +107,19 @@ fn is_this_machine(host: &str) -> bool {
     name.eq_ignore_ascii_case("localhost") || address.is_ok_and(|address| address.is_loopback())
 }
 
-/// A request that changes nothing.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum ReadRequest {
-    /// A file of the page.
-    Page(String),
-    Start,
-    Schema,
-    /// The bytes of memory that all worlds hold, and their limit.
-    Memory,
-    Tile {
-        world: String,
-        style: String,
-        stage: Stage,
-        spot: TileAddress,
-    },
-    Heights {
-        world: String,
-        stage: Stage,
-        spot: TileAddress,
-    },
-    Names {
-        world: String,
-        style: String,
-        spot: TileAddress,
-    },
-    Find {
-        world: String,
-        query: String,
-        near_km: [f64; 2],
-        limit: usize,
-    },
-    Watch {
-        world: String,
-    },
-    Bake(u64),
-    Map(u64),
-}
-
-/// Reads what an address asks for, from its path and its query.
+/// Reads the tile at the end of a path, before `ending`. Numbers count only as they are usually written, without escapes,
+/// so that no tile has two addresses.
 ///
 /// # Errors
-/// When there is no such address, or a number in it makes no sense.
-pub(super) fn read(path: &str, query: &str) -> Result<ReadRequest, Failure> {
-    let parts: Vec<&str> = path.strip_prefix('/').ok_or_else(Failure::missing)?.split('/').collect();
-    let own = |text: &str| text.to_owned();
-    match parts[..] {
-        [file] => Ok(ReadRequest::Page(if file.is_empty() { "index.html".into() } else { own(file) })),
-        ["api", "start"] => Ok(ReadRequest::Start),
-        ["api", "schema"] => Ok(ReadRequest::Schema),
-        ["api", "memory"] => Ok(ReadRequest::Memory),
-        ["api", "bakes", number] => Ok(ReadRequest::Bake(natural(number)?)),
-        ["bakes", number, "map.png"] => Ok(ReadRequest::Map(natural(number)?)),
-        ["w", world, "heights", stage, zoom, x, y] => {
-            // Full heights would take so long that nobody would still point at the tile: there is no address for them.
-            let stage = Stage::named(stage).filter(|stage| *stage != Stage::Full).ok_or_else(Failure::missing)?;
-            let y = y.strip_suffix(".js").ok_or_else(Failure::missing)?;
-            Ok(ReadRequest::Heights { world: own(world), stage, spot: spot([zoom, x, y], false)? })
-        }
-        ["w", world, "names", style, zoom, x, y] => {
-            let y = y.strip_suffix(".json").ok_or_else(Failure::missing)?;
-            Ok(ReadRequest::Names { world: own(world), style: own(style), spot: spot([zoom, x, y], false)? })
-        }
-        ["w", world, style, stage, zoom, x, y] => {
-            let stage = Stage::named(stage).ok_or_else(Failure::missing)?;
-            let y = y.strip_suffix(".webp").ok_or_else(Failure::missing)?;
-            let (y, is_dense) = y.strip_suffix("@2x").map_or((y, false), |y| (y, true));
-            Ok(ReadRequest::Tile { world: own(world), style: own(style), stage, spot: spot([zoom, x, y], is_dense)? })
-        }
-        ["w", world, "find"] => find(own(world), query),
-        ["w", world, "watch"] => Ok(ReadRequest::Watch { world: own(world) }),
-        _ => Err(Failure::missing()),
-    }
+/// When the path has another ending, or there is no such tile.
+pub(super) fn tile_at(path: &str, ending: &str, is_dense: bool) -> Result<TileAddress, Failure> {
+    let integer = |text: &str| text.parse().ok().filter(|number: &i64| number.to_string() == text);
+    let mut parts = path.strip_suffix(ending).ok_or_else(Failure::missing)?.rsplit('/').map(integer);
+    let mut tile = || {
+        let [y, x, zoom] = [parts.next()??, parts.next()??, parts.next()??];
+        TileAddress::new(zoom, x, y, is_dense)
+    };
+    tile().ok_or_else(|| Failure::malformed(format!("{path} is no tile")))
 }
 
 /// Largest number of things that a search returns.
@@ -203,49 +128,48 @@ const MOST_FOUND: usize = 100;
 /// Largest number of characters of a search.
 const MOST_LETTERS: usize = 200;
 
-fn find(world: String, query: &str) -> Result<ReadRequest, Failure> {
-    let (mut text, mut near_km, mut limit) = (None, [0.0; 2], 20);
-    for (key, value) in form_urlencoded::parse(query.as_bytes()) {
-        match &*key {
-            "q" => text = Some(value.into_owned()),
-            "near" => {
-                let numbers: Option<Vec<f64>> = value.split(',').map(|number| number.parse().ok()).collect();
-                near_km = numbers
-                    .and_then(|numbers| numbers.try_into().ok())
-                    .filter(|near: &[f64; 2]| near.iter().all(|km| km.is_finite()))
-                    .ok_or_else(|| Failure::malformed("near: expected kilometres east and north, such as 12.5,-3"))?;
-            }
-            "limit" => {
-                limit = value
-                    .parse()
-                    .ok()
-                    .filter(|limit| (1..=MOST_FOUND).contains(limit))
-                    .ok_or_else(|| Failure::malformed(format!("limit: expected 1 to {MOST_FOUND}")))?;
-            }
-            _ => {}
+/// The query of a search.
+#[derive(Debug, PartialEq, Deserialize)]
+pub(super) struct FindQuery {
+    #[serde(rename = "q")]
+    pub text: String,
+    /// Kilometres east and north of the origin, near which things are searched.
+    #[serde(rename = "near", default, deserialize_with = "kilometres")]
+    pub near_km: [f64; 2],
+    /// Largest number of things to return.
+    #[serde(default = "usual_limit")]
+    pub limit: usize,
+}
+
+fn usual_limit() -> usize {
+    20
+}
+
+fn kilometres<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    let text = String::deserialize(deserializer)?;
+    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.parse().ok()).collect();
+    numbers
+        .and_then(|numbers| numbers.try_into().ok())
+        .filter(|near: &[f64; 2]| near.iter().all(|km| km.is_finite()))
+        .ok_or_else(|| D::Error::custom("expected kilometres east and north, such as 12.5,-3"))
+}
+
+impl FindQuery {
+    /// Reads the query of an address.
+    ///
+    /// # Errors
+    /// When there is nothing to find, or a number makes no sense.
+    pub fn read(uri: &Uri) -> Result<FindQuery, Failure> {
+        let Query(query) =
+            Query::<FindQuery>::try_from_uri(uri).map_err(|error| Failure::malformed(error.body_text()))?;
+        if query.text.trim().is_empty() || query.text.chars().count() > MOST_LETTERS {
+            return Err(Failure::malformed("q: expected what to find"));
         }
+        if !(1..=MOST_FOUND).contains(&query.limit) {
+            return Err(Failure::malformed(format!("limit: expected 1 to {MOST_FOUND}")));
+        }
+        Ok(query)
     }
-    let is_short = |text: &String| !text.trim().is_empty() && text.chars().count() <= MOST_LETTERS;
-    let query = text.filter(is_short).ok_or_else(|| Failure::malformed("q: expected what to find"))?;
-    Ok(ReadRequest::Find { world, query, near_km, limit })
-}
-
-fn spot([zoom, x, y]: [&str; 3], is_dense: bool) -> Result<TileAddress, Failure> {
-    let wrong = || Failure::malformed(format!("{zoom}/{x}/{y} is no tile"));
-    let zoom = natural(zoom).map_err(|_| wrong())?;
-    let [x, y] = [x, y].map(integer);
-    let (Some(x), Some(y)) = (x, y) else { return Err(wrong()) };
-    TileAddress::new(zoom, x, y, is_dense).ok_or_else(wrong)
-}
-
-/// Parses a whole number only as it is usually written, so that no tile has two addresses.
-fn integer(text: &str) -> Option<i64> {
-    text.parse().ok().filter(|number: &i64| number.to_string() == text)
-}
-
-fn natural(text: &str) -> Result<u64, Failure> {
-    let number = integer(text).and_then(|number| u64::try_from(number).ok());
-    number.ok_or_else(|| Failure::malformed(format!("{text} is no number")))
 }
 
 #[cfg(test)]
@@ -292,41 +216,31 @@ mod tests {
 
     #[test]
     fn tiles_have_one_address_each_and_others_are_malformed() {
-        let tile = |path: &str| read(path, "").map_err(|failure| failure.status as u16);
-        let spot = TileAddress::new(9, -3, 12, true).unwrap();
-        let asked = ReadRequest::Tile { world: "0f".into(), style: "atlas".into(), stage: Stage::Full, spot };
-        assert_eq!(tile("/w/0f/atlas/full/9/-3/12@2x.webp"), Ok(asked));
-        let spot = TileAddress::new(0, 0, -1, false).unwrap();
-        let heights = ReadRequest::Heights { world: "0f".into(), stage: Stage::Glance, spot };
-        assert_eq!(tile("/w/0f/heights/glance/0/0/-1.js"), Ok(heights));
-        for wrong in
-            ["10/0/0", "-1/0/0", "+1/0/0", "01/0/0", "1/0x1/0", "1/-0/0", "1/1.5/0", "1/1e3/0", "1//0", "1/NaN/0"]
-        {
+        let tile = |path: &str| tile_at(path, ".webp", false).map_err(|failure| failure.status.as_u16());
+        let dense = TileAddress::new(9, -3, 12, true).unwrap();
+        assert_eq!(tile_at("/w/0f/atlas/full/9/-3/12@2x.webp", "@2x.webp", true), Ok(dense));
+        assert_eq!(tile("/w/0f/atlas/glance/0/0/-1.webp"), Ok(TileAddress::new(0, 0, -1, false).unwrap()));
+        for wrong in [
+            "10/0/0", "-1/0/0", "+1/0/0", "01/0/0", "1/0x1/0", "1/-0/0", "1/1.5/0", "1/1e3/0", "1//0", "1/NaN/0",
+            "1/%30/0",
+        ] {
             assert_eq!(tile(&format!("/w/0f/atlas/draft/{wrong}.webp")), Err(400), "{wrong}");
         }
         for number in ["9223372036854775807", "-9223372036854775808", "99999999999999999999999999", "1000000000000000"]
         {
             assert_eq!(tile(&format!("/w/0f/atlas/draft/3/{number}/0.webp")), Err(400), "{number}");
-            assert_eq!(tile(&format!("/w/0f/heights/draft/3/0/{number}.js")), Err(400), "{number}");
+            assert_eq!(tile(&format!("/w/0f/atlas/draft/3/0/{number}.webp")), Err(400), "{number}");
         }
-        for nothing in [
-            "",
-            "w",
-            "/w/0f/atlas/half/1/0/0.webp",
-            "/w/0f/atlas/full/1/0/0.png",
-            "/w/../../etc/passwd",
-            "/a/b/c",
-            "/w/0f/heights/full/3/0/0.js",
-        ] {
-            assert_eq!(tile(nothing), Err(404), "{nothing}");
-        }
+        assert_eq!(tile("/w/0f/atlas/full/1/0/0.png"), Err(404));
     }
 
     #[test]
     fn a_search_says_what_where_and_how_many() {
-        let find = |query: &str| read("/w/0f/find", query).map_err(|failure| failure.status as u16);
-        let asked =
-            |query: &str, near_km, limit| ReadRequest::Find { world: "0f".into(), query: query.into(), near_km, limit };
+        let find = |query: &str| {
+            let address = format!("/w/0f/find?{query}").parse().unwrap();
+            FindQuery::read(&address).map_err(|failure| failure.status.as_u16())
+        };
+        let asked = |text: &str, near_km, limit| FindQuery { text: text.into(), near_km, limit };
         assert_eq!(find("q=lake+%3E+2%20km2&near=-3.5,12&limit=7"), Ok(asked("lake > 2 km2", [-3.5, 12.0], 7)));
         assert_eq!(find("q=Feanmere"), Ok(asked("Feanmere", [0.0, 0.0], 20)));
         for wrong in [
@@ -347,8 +261,8 @@ mod tests {
     fn an_error_of_a_preset_is_told_with_its_place() {
         let text = "seed = 1\nspacing_m = -1\n";
         let error = crate::preset::Preset::parse("my.toml", text).unwrap_err();
-        let failure = Failure::of(&error);
-        assert_eq!(failure.status, Status::Faulty);
+        let failure = Failure::from(error);
+        assert_eq!(failure.status, StatusCode::UNPROCESSABLE_ENTITY);
         let place = failure.place.unwrap();
         assert!(place.starts_with("my.toml:2:13\n") && place.contains("2 | spacing_m = -1\n"), "{place}");
         assert!(failure.error.contains("spacing_m"), "{}", failure.error);

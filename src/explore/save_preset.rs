@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use axum::http::StatusCode;
 use toml::{Table, Value};
 
 use crate::error::Error;
-use crate::explore::request::{Failure, Status};
+use crate::explore::request::Failure;
 use crate::explore::worlds::Opened;
 use crate::file::write_whole;
 use crate::preset::Preset;
@@ -22,18 +23,18 @@ pub(super) fn save(opened: &Opened, name: &str, overwrite: bool) -> Result<Strin
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
     if name.is_empty() || name.len() > MOST_LETTERS || !name.chars().all(is_plain) {
         let hint = format!("up to {MOST_LETTERS} letters, digits, - and _");
-        return Err(Failure::new(Status::Malformed, format!("{name:?} is no name for a preset"), hint));
+        return Err(Failure::new(StatusCode::BAD_REQUEST, format!("{name:?} is no name for a preset"), hint));
     }
     let file = format!("{name}.toml");
     if Path::new(&file).exists() && !overwrite {
         return Err(Failure::new(
-            Status::Conflict,
+            StatusCode::CONFLICT,
             format!("{file} is there already"),
             "replace it, or take another name",
         ));
     }
-    let text = text(opened).map_err(|error| Failure::of(&error))?;
-    write_whole(file.clone().into(), text.as_bytes()).map_err(|error| Failure::of(&error))?;
+    let text = text(opened)?;
+    write_whole(file.clone().into(), text.as_bytes())?;
     Ok(file)
 }
 
@@ -112,7 +113,7 @@ mod tests {
         let worlds = Worlds::new(Given { preset: "thesis".into(), seed: None, set: Vec::new() }, Budget::new(1 << 20));
         let opened = worlds.open(&worlds.first()).unwrap();
         for name in ["", "..", "../x", "a/b", "a\\b", "a.b", "ä", "a b", &"a".repeat(65)] {
-            assert_eq!(save(&opened, name, true).unwrap_err().status, Status::Malformed, "{name}");
+            assert_eq!(save(&opened, name, true).unwrap_err().status, StatusCode::BAD_REQUEST, "{name}");
         }
     }
 }

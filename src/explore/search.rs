@@ -4,10 +4,12 @@ use std::sync::{Arc, PoisonError};
 
 use serde_json::{Value, json};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::explore::queue::Product;
 use crate::explore::worlds::Opened;
 use crate::find::{Finder, Found, Query, named_in};
+use crate::watch::Watch;
 
 /// Radius of the search around the middle of the view, in kilometres.
 const RADIUS_KM: f64 = 200.0;
@@ -33,16 +35,17 @@ impl Search {
     ///
     /// # Errors
     /// When the world has no such things, or nothing of that name.
-    pub fn run(&self, opened: &Opened, near_km: [f64; 2], limit: usize) -> Result<Product, Error> {
-        // A search that was stopped leaves the finder in a good state, so a poisoned lock may be used.
+    pub fn run(&self, opened: &Opened, near_km: [f64; 2], limit: usize, clock: &Clock) -> Result<Product, Error> {
+        let watch = Watch::stopped_by(clock.stop());
+        // A search that panicked leaves the finder in a good state, so a poisoned lock may be used.
         let mut finder = opened.finder.lock().unwrap_or_else(PoisonError::into_inner);
         let finder = match &mut *finder {
             Some(finder) => finder,
             none => none.insert(Finder::of_world(opened.world.clone())?),
         };
         let (kind, found) = match self {
-            Search::Name(name) => (None, vec![named_in(finder, name, near_km)?]),
-            Search::Things(query) => (Some(query.thing.name()), finder.find(query, near_km, RADIUS_KM, limit)?),
+            Search::Name(name) => (None, vec![named_in(finder, name, near_km, &watch.clock)?]),
+            Search::Things(query) => (Some(query.thing.name()), finder.find(query, near_km, RADIUS_KM, limit, &watch)?),
         };
         let found: Vec<Value> = found.iter().map(|found| told(found, kind)).collect();
         Ok(Arc::new(vec![json!({ "found": found, "radius_km": RADIUS_KM }).to_string().into_bytes()]))

@@ -3,25 +3,30 @@
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
-use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll};
 use std::time::Duration;
 
-use http_body_util::{BodyExt, Limited};
-use hyper::body::{Body, Bytes, Frame, Incoming, SizeHint};
-use hyper::header::{self, HeaderMap, HeaderValue};
-use hyper::service::service_fn;
-use hyper::{Method, Request, Response, StatusCode};
+use axum::body::{Bytes, to_bytes};
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderValue, Method, StatusCode, Uri, header};
+use axum::middleware::{Next, from_fn_with_state, map_response};
+use axum::response::sse::{Event, Sse};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use futures_util::{StreamExt, stream};
+use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::{Semaphore, mpsc};
+use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 use tokio::time::{interval, sleep, timeout};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::explore::bakes::{Bakes, Order, typed};
 use crate::explore::cache::Cache;
@@ -29,9 +34,10 @@ use crate::explore::charts::Charts;
 use crate::explore::heap;
 use crate::explore::page;
 use crate::explore::queue::{Lane, Queue};
-use crate::explore::request::{Failure, ReadRequest, Sender, Status, read};
+use crate::explore::request::{Failure, FindQuery, Sender, tile_at};
 use crate::explore::save_preset::save;
 use crate::explore::search::Search;
+use crate::explore::tile_address::Stage;
 use crate::explore::tiles::Studio;
 use crate::explore::worlds::{FILE, Given, Opened, WorldRecipe, Worlds};
 use crate::export::Profile;
@@ -39,7 +45,7 @@ use crate::generator;
 use crate::map::style::STYLES;
 use crate::memory::{Budget, Usage};
 use crate::preset::{BUILT_IN, Preset, summary};
-use crate::stop;
+use crate::stop::Stop;
 
 /// Largest number of connections at a time: a browser has six for each page. Further ones wait until one is free.
 const CONNECTIONS: usize = 96;
@@ -95,6 +101,7 @@ pub struct Server {
     address: SocketAddr,
     runtime: Runtime,
     explorer: Arc<Explorer>,
+    stop: Stop,
 }
 
 /// The state of the explorer, which all requests share.
@@ -107,11 +114,11 @@ struct Explorer {
 }
 
 impl Server {
-    /// Binds an explorer to the loopback address of this machine, which no other machine reaches.
+    /// Binds an explorer to the loopback address of this machine, which no other machine reaches. `stop` ends it.
     ///
     /// # Errors
     /// When something is wrong with the preset, the port is taken, or the folder for drawn tiles cannot be used.
-    pub fn bind(options: Options) -> Result<Server, Error> {
+    pub fn bind(options: Options, stop: &Stop) -> Result<Server, Error> {
         let Options { given, view, port, cache, cached_bytes, remembered_bytes, program, threads } = options;
         let budget = Budget::new(usize::try_from(remembered_bytes).unwrap_or(usize::MAX));
         let worlds = Worlds::new(given, budget);
@@ -126,9 +133,10 @@ impl Server {
         let address = listener.local_addr().map_err(cannot)?;
         let runtime = Builder::new_current_thread().enable_io().enable_time().max_blocking_threads(BLOCKING).build();
         let cache = cache.map(|folder| Cache::open(&folder, cached_bytes)).transpose()?;
-        let studio = Arc::new(Studio { charts: Charts::default(), cache, queue: Queue::start(threads)? });
+        let studio = Arc::new(Studio { charts: Charts::default(), cache, queue: Queue::start(threads, stop)? });
         let explorer = Explorer { view, port: address.port(), worlds, studio, bakes: Bakes::new(program) };
-        Ok(Server { listener, address, runtime: runtime.map_err(cannot)?, explorer: Arc::new(explorer) })
+        let (runtime, explorer) = (runtime.map_err(cannot)?, Arc::new(explorer));
+        Ok(Server { listener, address, runtime, explorer, stop: stop.clone() })
     }
 
     /// The address of the page.
@@ -136,24 +144,23 @@ impl Server {
         format!("http://{}/", self.address)
     }
 
-    /// Answers requests until all work of the process is [to end](stop).
+    /// Answers requests until it is stopped.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] when the process is to end; another error when the system takes the port away.
+    /// [`Error::Interrupted`] when it is stopped; another error when the system takes the port away.
     pub fn serve(self) -> Result<(), Error> {
-        let Server { listener, runtime, explorer, .. } = self;
+        let Server { listener, runtime, explorer, stop, .. } = self;
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener).map_err(Error::io("127.0.0.1"))?;
             tokio::spawn(explorer.clone().give_back());
+            let service = TowerToHyperService::new(router(explorer));
             let free = Arc::new(Semaphore::new(CONNECTIONS));
             loop {
                 let connection = async {
                     let place = free.clone().acquire_owned().await.expect("it is never closed");
                     (listener.accept().await, place)
                 };
-                if stop::is_requested() {
-                    return Err(Error::Interrupted);
-                }
+                stop.check()?;
                 let Ok((accepted, place)) = timeout(LOOK_INTERVAL, connection).await else { continue };
                 // The client has gone already, or no file descriptor is left: wait, since the next connection may
                 // succeed.
@@ -161,16 +168,12 @@ impl Server {
                     sleep(LOOK_INTERVAL).await;
                     continue;
                 };
-                let explorer = explorer.clone();
+                let mut http = http1::Builder::new();
+                http.timer(TokioTimer::new()).header_read_timeout(PATIENCE).max_buf_size(MOST_BODY);
+                let connection = http.serve_connection(TokioIo::new(stream), service.clone());
                 tokio::spawn(async move {
-                    let service = service_fn(|request| {
-                        let explorer = explorer.clone();
-                        async move { Ok::<_, Infallible>(explorer.answer(request).await) }
-                    });
-                    let mut http = hyper::server::conn::http1::Builder::new();
-                    http.timer(TokioTimer::new()).header_read_timeout(PATIENCE).max_buf_size(MOST_BODY);
                     // An error means that the browser went away in the middle, which is no fault.
-                    _ = http.serve_connection(TokioIo::new(stream), service).await;
+                    _ = connection.await;
                     drop(place);
                 });
             }
@@ -181,105 +184,84 @@ impl Server {
     }
 }
 
-/// The body of a response: `first` at once, then the messages of `rest` as they come.
-struct Content {
-    first: Option<Bytes>,
-    rest: Option<mpsc::Receiver<Bytes>>,
-}
-
-impl Body for Content {
-    type Data = Bytes;
-    type Error = Infallible;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
-        if let Some(first) = self.first.take() {
-            return Poll::Ready(Some(Ok(Frame::data(first))));
-        }
-        match &mut self.rest {
-            Some(rest) => rest.poll_recv(context).map(|more| more.map(|more| Ok(Frame::data(more)))),
-            None => Poll::Ready(None),
-        }
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.first.is_none() && self.rest.is_none()
-    }
-
-    /// Tells the exact length, unless more is to come.
-    fn size_hint(&self) -> SizeHint {
-        let length = self.first.as_ref().map_or(0, |first| first.len() as u64);
-        if self.rest.is_none() { SizeHint::with_exact(length) } else { SizeHint::default() }
-    }
-}
-
-/// Permission for the browser to keep an answer in its cache.
-#[derive(Clone, Copy, PartialEq)]
-enum Keep {
-    /// For answers that depend on nothing but their address.
-    Long,
-    Never,
-}
-
-fn response(status: StatusCode, kind: &'static str, keep: Keep, content: Content) -> Response<Content> {
-    let mut response = Response::new(content);
-    *response.status_mut() = status;
-    let headers = response.headers_mut();
-    let mut say = |name, value| _ = headers.insert(name, HeaderValue::from_static(value));
-    say(header::CONTENT_TYPE, kind);
-    say(header::CACHE_CONTROL, if keep == Keep::Long { "private, max-age=3600" } else { "no-store" });
-    say(header::CONTENT_SECURITY_POLICY, POLICY);
-    say(header::X_CONTENT_TYPE_OPTIONS, "nosniff");
-    say(header::REFERRER_POLICY, "no-referrer");
-    response
-}
-
-fn whole(kind: &'static str, keep: Keep, bytes: impl Into<Bytes>) -> Response<Content> {
-    response(StatusCode::OK, kind, keep, Content { first: Some(bytes.into()), rest: None })
-}
-
 const JSON: &str = "application/json";
 
-fn told(value: &Value) -> Response<Content> {
-    whole(JSON, Keep::Never, value.to_string())
+/// Returns the addresses of the explorer, with their handlers.
+fn router(explorer: Arc<Explorer>) -> Router {
+    Router::new()
+        .route("/", get(async || file("index.html")))
+        .route("/{name}", get(async |Path(name): Path<String>| file(&name)))
+        .route("/api/start", get(start))
+        .route("/api/schema", get(async || Json(Preset::schema())))
+        .route("/api/memory", get(memory))
+        .route("/api/worlds", post(open))
+        .route("/api/plan", post(plan))
+        .route("/api/save", post(save_world))
+        .route("/api/bakes", post(begin))
+        .route("/api/bakes/{number}", get(progress).delete(cancel))
+        .route("/bakes/{number}/map.png", get(map))
+        .route("/w/{world}/find", get(find))
+        .route("/w/{world}/watch", get(watch))
+        .route("/w/{world}/heights/{stage}/{zoom}/{x}/{y}", get(heights))
+        .route("/w/{world}/names/{style}/{zoom}/{x}/{y}", get(names))
+        .route("/w/{world}/{style}/{stage}/{zoom}/{x}/{y}", get(picture))
+        .fallback(async || Failure::missing())
+        .method_not_allowed_fallback(async || {
+            Failure::new(StatusCode::METHOD_NOT_ALLOWED, "this address is for other methods", "")
+        })
+        .layer(from_fn_with_state(explorer.clone(), admitted))
+        .layer(map_response(with_policy))
+        .with_state(explorer)
 }
 
-impl Explorer {
-    async fn answer(self: Arc<Self>, request: Request<Incoming>) -> Response<Content> {
-        let answered = async {
-            let of = |headers: &HeaderMap, name: &str| {
-                headers.get(name).map(|value| value.to_str().unwrap_or("unreadable").to_owned())
-            };
-            let [host, origin, site] = ["host", "origin", "sec-fetch-site"].map(|name| of(request.headers(), name));
-            let sender = Sender { host: host.as_deref(), origin: origin.as_deref(), site: site.as_deref() };
-            sender.check(self.port)?;
-            match *request.method() {
-                Method::GET => {
-                    let asked = read(request.uri().path(), request.uri().query().unwrap_or_default())?;
-                    self.look(asked).await
-                }
-                Method::POST | Method::DELETE => {
-                    // A form on a foreign page cannot have this content type, so such pages cannot change anything.
-                    let is_json = of(request.headers(), "content-type").is_some_and(|kind| kind.starts_with(JSON));
-                    if !is_json {
-                        return Err(Failure::new(Status::Form, format!("expected a body of {JSON}"), ""));
-                    }
-                    self.change(request).await
-                }
-                _ => Err(Failure::new(Status::Method, "this is asked for with GET, POST or DELETE", "")),
-            }
-        };
-        answered.await.unwrap_or_else(|failure| {
-            let status = StatusCode::from_u16(failure.status as u16).expect("it is one of those that there are");
-            let text = serde_json::to_vec(&failure).expect("texts are JSON");
-            response(status, JSON, Keep::Never, Content { first: Some(text.into()), rest: None })
-        })
+/// Passes on the requests that the explorer's own page may send, with their bodies read.
+async fn admitted(State(explorer): ExplorerState, request: Request, next: Next) -> Result<Response, Failure> {
+    let (head, body) = request.into_parts();
+    let of = |name: &str| head.headers.get(name).map(|value| value.to_str().unwrap_or("unreadable"));
+    Sender { host: of("host"), origin: of("origin"), site: of("sec-fetch-site") }.check(explorer.port)?;
+    let mut bytes = Bytes::new();
+    if matches!(head.method, Method::POST | Method::DELETE) {
+        // A form on a foreign page cannot have this content type, so such pages cannot change anything.
+        if !of("content-type").is_some_and(|kind| kind.starts_with(JSON)) {
+            return Err(Failure::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, format!("expected a body of {JSON}"), ""));
+        }
+        let late = |_| Failure::malformed("the body did not come");
+        let large =
+            |_| Failure::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a body has at most {MOST_BODY} bytes"), "");
+        bytes = timeout(PATIENCE, to_bytes(body, MOST_BODY)).await.map_err(late)?.map_err(large)?;
     }
+    Ok(next.run(Request::from_parts(head, bytes.into())).await)
+}
 
+/// Adds the headers of all responses. The browser keeps only those responses that say so themselves.
+async fn with_policy(mut response: Response) -> impl IntoResponse {
+    response.headers_mut().entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
+    let policy = [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+    ];
+    (policy, response)
+}
+
+/// Returns a response that depends on nothing but its address, so that the browser may keep it.
+fn kept(kind: &'static str, bytes: Vec<u8>) -> Response {
+    ([(header::CONTENT_TYPE, kind), (header::CACHE_CONTROL, "private, max-age=3600")], bytes).into_response()
+}
+
+impl IntoResponse for Failure {
+    fn into_response(self) -> Response {
+        (self.status, Json(self)).into_response()
+    }
+}
+
+type ExplorerState = State<Arc<Explorer>>;
+
+type JsonAnswer = Result<Json<Value>, Failure>;
+
+impl Explorer {
     fn opened(&self, id: &str) -> Result<Arc<Opened>, Failure> {
-        let closed = || Failure::new(Status::Missing, "this world is not open", "open it again");
+        let closed = || Failure::new(StatusCode::NOT_FOUND, "this world is not open", "open it again");
         self.worlds.known(id).ok_or_else(closed)
     }
 
@@ -292,157 +274,153 @@ impl Explorer {
             let is_idle = self.studio.queue.is_idle();
             if !(is_idle && was_idle) {
                 // If this fails, the process keeps the memory, which does no harm.
-                _ = blocking(heap::give_back).await;
+                _ = spawn_blocking(heap::give_back).await;
             }
             was_idle = is_idle;
         }
     }
 
-    /// Answers requests that change nothing.
-    async fn look(self: &Arc<Self>, asked: ReadRequest) -> Result<Response<Content>, Failure> {
-        match asked {
-            ReadRequest::Page(name) => {
-                let (kind, content) = page::file(&name).ok_or_else(Failure::missing)?;
-                Ok(whole(kind, Keep::Never, content))
+    async fn open(self: Arc<Self>, recipe: WorldRecipe) -> Result<Value, Failure> {
+        blocking(move || self.worlds.open(&recipe).map(|opened| opened.about())).await
+    }
+}
+
+fn file(name: &str) -> Result<Response, Failure> {
+    let (kind, content) = page::file(name).ok_or_else(Failure::missing)?;
+    Ok(([(header::CONTENT_TYPE, kind)], content).into_response())
+}
+
+/// Answers with all that a page must know to begin.
+async fn start(State(explorer): ExplorerState) -> JsonAnswer {
+    let about = explorer.clone().open(explorer.worlds.first()).await?;
+    let presets = BUILT_IN.iter().map(|(name, text)| json!({ "name": name, "about": summary(text) }));
+    let styles = STYLES.iter().map(|(name, text)| json!({ "name": name, "about": summary(text) }));
+    let profiles = Profile::ALL.map(|profile| json!({ "name": profile.name(), "about": profile.about() }));
+    Ok(Json(json!({
+        "version": generator::VERSION, "presets": presets.collect::<Vec<_>>(), "styles": styles.collect::<Vec<_>>(),
+        "profiles": profiles, "file": explorer.worlds.file(), "world": about,
+        "at": explorer.view.map(|(at_m, _)| at_m), "pixel_m": explorer.view.map(|(_, pixel_m)| pixel_m),
+    })))
+}
+
+async fn memory(State(explorer): ExplorerState) -> Json<Value> {
+    let Usage { held, most } = explorer.worlds.budget.usage();
+    Json(json!({ "held_bytes": held, "most_bytes": most }))
+}
+
+async fn open(State(explorer): ExplorerState, body: Bytes) -> JsonAnswer {
+    Ok(Json(explorer.open(parsed(&body)?).await?))
+}
+
+/// World, style and stage in the address of a tile. Heights have no style, and names are those of the full picture.
+#[derive(Deserialize)]
+struct TilePath {
+    world: String,
+    #[serde(default)]
+    style: String,
+    #[serde(default)]
+    stage: Stage,
+}
+
+async fn picture(State(explorer): ExplorerState, Path(at): Path<TilePath>, uri: Uri) -> Result<Response, Failure> {
+    let is_dense = uri.path().ends_with("@2x.webp");
+    let tile = tile_at(uri.path(), if is_dense { "@2x.webp" } else { ".webp" }, is_dense)?;
+    let pending = explorer.studio.picture(&explorer.opened(&at.world)?, &at.style, at.stage, tile)?;
+    Ok(kept("image/webp", pending.bytes().await?))
+}
+
+async fn heights(State(explorer): ExplorerState, Path(at): Path<TilePath>, uri: Uri) -> Result<Response, Failure> {
+    // Full heights would take so long that nobody would still point at the tile: there is no address for them.
+    if at.stage == Stage::Full {
+        return Err(Failure::missing());
+    }
+    let tile = tile_at(uri.path(), ".js", false)?;
+    let pending = explorer.studio.heights(&explorer.opened(&at.world)?, at.stage, tile)?;
+    Ok(kept("text/javascript", pending.bytes().await?))
+}
+
+async fn names(State(explorer): ExplorerState, Path(at): Path<TilePath>, uri: Uri) -> Result<Response, Failure> {
+    let tile = tile_at(uri.path(), ".json", false)?;
+    let pending = explorer.studio.names(&explorer.opened(&at.world)?, &at.style, tile)?;
+    Ok(kept(JSON, pending.bytes().await?))
+}
+
+async fn find(State(explorer): ExplorerState, Path(world): Path<String>, uri: Uri) -> Result<Response, Failure> {
+    let FindQuery { text, near_km, limit } = FindQuery::read(&uri)?;
+    let opened = explorer.opened(&world)?;
+    let malformed = |error: Error| Failure { status: StatusCode::BAD_REQUEST, ..Failure::from(error) };
+    let search = Search::new(&text).map_err(malformed)?;
+    let asked = json!([world, text, near_km, limit]).to_string();
+    let work = move |clock: &Clock| search.run(&opened, near_km, limit, clock);
+    let product = explorer.studio.queue.ask(Lane::Slow, blake3::hash(asked.as_bytes()), work)?.await?;
+    Ok(([(header::CONTENT_TYPE, JSON)], product[0].clone()).into_response())
+}
+
+/// Sends an event whenever the preset's file has changed, for as long as the page listens.
+async fn watch(State(explorer): ExplorerState, Path(world): Path<String>) -> Result<impl IntoResponse, Failure> {
+    let opened = explorer.opened(&world)?;
+    let last: Result<Preset, Failure> = Ok(opened.preset.clone());
+    let state = (explorer, opened, last, interval(FILE_INTERVAL));
+    let changes = stream::unfold(state, async |(explorer, opened, last, mut look)| {
+        loop {
+            look.tick().await;
+            if opened.recipe.preset != FILE {
+                continue;
             }
-            ReadRequest::Start => self.start().await,
-            ReadRequest::Schema => Ok(told(&Preset::schema())),
-            ReadRequest::Memory => {
-                let Usage { held, most } = self.worlds.budget.usage();
-                Ok(told(&json!({ "held_bytes": held, "most_bytes": most })))
+            let (reader, recipe) = (explorer.clone(), opened.recipe.clone());
+            let now = blocking(move || reader.worlds.read(&recipe)).await.map(|(.., preset)| preset);
+            if now == last {
+                continue;
             }
-            ReadRequest::Tile { world, style, stage, spot } => {
-                let pending = self.studio.picture(&self.opened(&world)?, &style, stage, spot)?;
-                Ok(whole("image/webp", Keep::Long, pending.bytes().await?))
-            }
-            ReadRequest::Heights { world, stage, spot } => {
-                let pending = self.studio.heights(&self.opened(&world)?, stage, spot)?;
-                Ok(whole("text/javascript", Keep::Long, pending.bytes().await?))
-            }
-            ReadRequest::Names { world, style, spot } => {
-                let pending = self.studio.names(&self.opened(&world)?, &style, spot)?;
-                Ok(whole(JSON, Keep::Long, pending.bytes().await?))
-            }
-            ReadRequest::Find { world, query, near_km, limit } => {
-                let opened = self.opened(&world)?;
-                let malformed = |error: Error| Failure { status: Status::Malformed, ..Failure::of(&error) };
-                let search = Search::new(&query).map_err(malformed)?;
-                let asked = json!([world, query, near_km, limit]).to_string();
-                let work = move || search.run(&opened, near_km, limit);
-                let product = self.studio.queue.ask(Lane::Slow, blake3::hash(asked.as_bytes()), work)?.await?;
-                Ok(whole(JSON, Keep::Never, product[0].clone()))
-            }
-            ReadRequest::Watch { world } => Ok(self.watch(self.opened(&world)?)),
-            ReadRequest::Bake(number) => Ok(told(&json!(self.bakes.progress(number)?))),
-            ReadRequest::Map(number) => {
-                let path = self.bakes.map(number)?;
-                let picture = blocking(move || std::fs::read(&path)).await?;
-                let gone = |_| Failure::new(Status::Missing, "the map of this bake is not there any more", "");
-                Ok(whole("image/png", Keep::Never, picture.map_err(gone)?))
-            }
+            let told = match &now {
+                Ok(_) => explorer.clone().open(opened.recipe.clone()).await,
+                Err(failure) => Err(failure.clone()),
+            };
+            let event = match told {
+                Ok(about) => Event::default().event("changed").data(about.to_string()),
+                Err(failure) => Event::default().event("faulty").data(json!(failure).to_string()),
+            };
+            break Some((Ok::<_, Infallible>(event), (explorer, opened, now, look)));
         }
-    }
+    });
+    let again = Event::default().retry(Duration::from_secs(1));
+    Ok(Sse::new(stream::iter([Ok(again)]).chain(changes)))
+}
 
-    /// Answers with all that a page must know to begin.
-    async fn start(self: &Arc<Self>) -> Result<Response<Content>, Failure> {
-        let first = self.worlds.first();
-        let about = self.open(first).await?;
-        let presets = BUILT_IN.iter().map(|(name, text)| json!({ "name": name, "about": summary(text) }));
-        let styles = STYLES.iter().map(|(name, text)| json!({ "name": name, "about": summary(text) }));
-        let profiles = Profile::ALL.map(|profile| json!({ "name": profile.name(), "about": profile.about() }));
-        Ok(told(&json!({
-            "version": generator::VERSION, "presets": presets.collect::<Vec<_>>(), "styles": styles.collect::<Vec<_>>(), "profiles": profiles,
-            "file": self.worlds.file(), "world": about, "at": self.view.map(|(at_m, _)| at_m), "pixel_m": self.view.map(|(_, pixel_m)| pixel_m),
-        })))
-    }
+async fn begin(State(explorer): ExplorerState, body: Bytes) -> JsonAnswer {
+    let order: Order = parsed(&body)?;
+    let arguments = Bakes::arguments(&order, &*explorer.opened(&order.world)?)?;
+    let number = blocking(move || explorer.bakes.begin(&arguments, order.mode)).await?;
+    Ok(Json(json!({ "bake": number })))
+}
 
-    async fn open(self: &Arc<Self>, recipe: WorldRecipe) -> Result<Value, Failure> {
-        let explorer = self.clone();
-        blocking(move || {
-            explorer.worlds.open(&recipe).map(|opened| opened.about()).map_err(|error| Failure::of(&error))
-        })
-        .await?
-    }
+async fn progress(State(explorer): ExplorerState, Path(number): Path<u64>) -> JsonAnswer {
+    Ok(Json(json!(explorer.bakes.progress(number)?)))
+}
 
-    /// Sends an event whenever the preset's file has changed, for as long as the page listens.
-    fn watch(self: &Arc<Self>, opened: Arc<Opened>) -> Response<Content> {
-        let (sender, receiver) = mpsc::channel(4);
-        let explorer = self.clone();
-        tokio::spawn(async move {
-            let mut last: Result<Preset, Failure> = Ok(opened.preset.clone());
-            let mut look = interval(FILE_INTERVAL);
-            while !sender.is_closed() {
-                look.tick().await;
-                if opened.recipe.preset != FILE {
-                    continue;
-                }
-                let (reader, recipe) = (explorer.clone(), opened.recipe.clone());
-                let read = blocking(move || reader.worlds.read(&recipe).map_err(|error| Failure::of(&error))).await;
-                let now = read.and_then(|read| read).map(|(.., preset)| preset);
-                if now == last {
-                    continue;
-                }
-                let told = match &now {
-                    Ok(_) => explorer.open(opened.recipe.clone()).await,
-                    Err(failure) => Err(failure.clone()),
-                };
-                last = now;
-                let event = match told {
-                    Ok(about) => format!("event: changed\ndata: {about}\n\n"),
-                    Err(failure) => format!("event: faulty\ndata: {}\n\n", json!(failure)),
-                };
-                if sender.send(event.into()).await.is_err() {
-                    break;
-                }
-            }
-        });
-        let content = Content { first: Some("retry: 1000\n\n".into()), rest: Some(receiver) };
-        response(StatusCode::OK, "text/event-stream", Keep::Never, content)
-    }
+async fn cancel(State(explorer): ExplorerState, Path(number): Path<u64>) -> JsonAnswer {
+    Ok(Json(json!(explorer.bakes.cancel(number)?)))
+}
 
-    /// Answers requests that open, bake, stop or save something.
-    async fn change(self: &Arc<Self>, request: Request<Incoming>) -> Result<Response<Content>, Failure> {
-        let (method, path) = (request.method().clone(), request.uri().path().to_owned());
-        let parts: Vec<&str> = path.split('/').skip(1).collect();
-        match (&method, &parts[..]) {
-            (&Method::POST, ["api", "worlds"]) => Ok(told(&self.open(body(request).await?).await?)),
-            (&Method::POST, ["api", "plan"]) => self.plan(body(request).await?).await,
-            (&Method::POST, ["api", "bakes"]) => {
-                let order: Order = body(request).await?;
-                let arguments = Bakes::arguments(&order, &*self.opened(&order.world)?)?;
-                let explorer = self.clone();
-                let number = blocking(move || explorer.bakes.begin(&arguments, order.mode)).await??;
-                Ok(told(&json!({ "bake": number })))
-            }
-            (&Method::DELETE, ["api", "bakes", _]) => match read(&path, "")? {
-                ReadRequest::Bake(number) => Ok(told(&json!(self.bakes.cancel(number)?))),
-                _ => Err(Failure::missing()),
-            },
-            (&Method::POST, ["api", "save"]) => {
-                let Save { name, world, overwrite } = body(request).await?;
-                let opened = self.opened(&world)?;
-                let saved = blocking(move || save(&opened, &name, overwrite)).await??;
-                Ok(told(&json!({ "path": saved })))
-            }
-            _ => Err(Failure::missing()),
+async fn map(State(explorer): ExplorerState, Path(number): Path<u64>) -> Result<impl IntoResponse, Failure> {
+    let path = explorer.bakes.map(number)?;
+    let gone = |_| Failure::new(StatusCode::NOT_FOUND, "the map of this bake is not there any more", "");
+    let picture = blocking(move || std::fs::read(&path).map_err(gone)).await?;
+    Ok(([(header::CONTENT_TYPE, "image/png")], picture))
+}
+
+async fn plan(State(explorer): ExplorerState, body: Bytes) -> JsonAnswer {
+    let order: Order = parsed(&body)?;
+    let arguments = Bakes::arguments(&order, &*explorer.opened(&order.world)?)?;
+    let mut answer = json!({ "command": typed(&arguments) });
+    if !order.quick {
+        let (plan, fault) = blocking(move || explorer.bakes.plan(&arguments)).await?;
+        for key in ["tiles", "width", "height", "files", "disk_bytes", "memory_bytes", "seconds", "out", "bounds_km"] {
+            answer[key] = plan[key].clone();
         }
+        answer["fault"] = json!(fault);
     }
-
-    async fn plan(self: &Arc<Self>, order: Order) -> Result<Response<Content>, Failure> {
-        let arguments = Bakes::arguments(&order, &*self.opened(&order.world)?)?;
-        let mut answer = json!({ "command": typed(&arguments) });
-        if !order.quick {
-            let explorer = self.clone();
-            let (plan, fault) = blocking(move || explorer.bakes.plan(&arguments)).await??;
-            for key in
-                ["tiles", "width", "height", "files", "disk_bytes", "memory_bytes", "seconds", "out", "bounds_km"]
-            {
-                answer[key] = plan[key].clone();
-            }
-            answer["fault"] = json!(fault);
-        }
-        Ok(told(&answer))
-    }
+    Ok(Json(answer))
 }
 
 /// A request to write a preset into a file.
@@ -455,18 +433,23 @@ struct Save {
     overwrite: bool,
 }
 
-/// Runs work that waits for the disk or another program on a thread of its own, so that requests are answered
-/// meanwhile.
-async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
-    let broken = |_| Failure::new(Status::Broken, "this could not be done: that is a fault of the program", "");
-    spawn_blocking(work).await.map_err(broken)
+async fn save_world(State(explorer): ExplorerState, body: Bytes) -> JsonAnswer {
+    let Save { name, world, overwrite } = parsed(&body)?;
+    let opened = explorer.opened(&world)?;
+    let saved = blocking(move || save(&opened, &name, overwrite)).await?;
+    Ok(Json(json!({ "path": saved })))
 }
 
-/// Reads the body of a request as JSON.
-async fn body<T: DeserializeOwned>(request: Request<Incoming>) -> Result<T, Failure> {
-    let late = |_| Failure::new(Status::Malformed, "the body did not come", "");
-    let large = |_| Failure::new(Status::Large, format!("a body has at most {MOST_BODY} bytes"), "");
-    let bytes = timeout(PATIENCE, Limited::new(request.into_body(), MOST_BODY).collect()).await;
-    let bytes = bytes.map_err(late)?.map_err(large)?.to_bytes();
-    serde_json::from_slice(&bytes).map_err(|error| Failure::new(Status::Malformed, error.to_string(), ""))
+/// Runs work that waits for the disk or another program on a thread of its own, so that requests are answered
+/// meanwhile.
+async fn blocking<T: Send + 'static, E: Into<Failure> + Send + 'static>(
+    work: impl FnOnce() -> Result<T, E> + Send + 'static,
+) -> Result<T, Failure> {
+    let broken = |_| Failure::broken("this could not be done: that is a fault of the program");
+    spawn_blocking(work).await.map_err(broken)?.map_err(E::into)
+}
+
+/// Parses the body of a request as JSON.
+fn parsed<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
+    serde_json::from_slice(body).map_err(|error| Failure::malformed(error.to_string()))
 }

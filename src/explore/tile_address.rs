@@ -1,5 +1,7 @@
 //! Addresses of tiles on the page: zoom levels with columns and rows counted from the world's origin.
 
+use serde::Deserialize;
+
 use crate::area::{Area, MAX_COORDINATE};
 use crate::web::TILE_PX;
 
@@ -15,27 +17,19 @@ const FINEST: u8 = 2;
 pub(super) const REACH: i64 = MAX_COORDINATE / 2;
 
 /// Level of detail of a tile's picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(super) enum Stage {
     /// Like a draft, from land at fewer nodes still.
     Glance,
     /// Relief and waters, from land at fewer nodes than those of the full picture.
     Draft,
     /// Everything that the style draws.
+    #[default]
     Full,
 }
 
 impl Stage {
-    /// Returns the stage of a name, as it stands in addresses.
-    pub fn named(name: &str) -> Option<Stage> {
-        match name {
-            "glance" => Some(Stage::Glance),
-            "draft" => Some(Stage::Draft),
-            "full" => Some(Stage::Full),
-            _ => None,
-        }
-    }
-
     /// Returns how often every second node of the full picture's land is left out; `None` for the full picture.
     pub fn halvings(self) -> Option<u32> {
         match self {
@@ -58,7 +52,7 @@ pub(super) struct TileAddress {
 
 impl TileAddress {
     /// Returns a tile, if there is one at this place.
-    pub fn new(zoom: u64, x: i64, y: i64, is_dense: bool) -> Option<TileAddress> {
+    pub fn new(zoom: i64, x: i64, y: i64, is_dense: bool) -> Option<TileAddress> {
         let zoom = u8::try_from(zoom).ok().filter(|zoom| *zoom <= MAX_ZOOM)?;
         let tiles = (REACH << FINEST >> (MAX_ZOOM - zoom)) / TILE_PX;
         let is_within = |at: i64| (-tiles..tiles).contains(&at);

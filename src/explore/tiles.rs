@@ -5,6 +5,7 @@ use std::sync::{Arc, LazyLock};
 use serde_json::json;
 
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::explore::cache::Cache;
 use crate::explore::charts::Charts;
@@ -14,6 +15,7 @@ use crate::explore::tile_address::{Stage, TileAddress};
 use crate::explore::worlds::Opened;
 use crate::map::Chart;
 use crate::map::style::STYLES;
+use crate::stop::Stopped;
 use crate::web::{HEIGHT_SPACING_PX, TILE_PX, TileEncoding, height_text};
 
 /// Side of a block in pixels. A block is drawn at once: it is a block of a chart, and holds four tiles or one dense
@@ -166,9 +168,10 @@ impl Studio {
         let key = subject.key(TileProduct::Heights, spot.zoom, false, spot.x, spot.y);
         self.kept_or(&key, || {
             let studio = self.clone();
-            let work = move || {
-                let chart = studio.charts.chart(&subject.opened, (spot.zoom, false), subject.style, subject.stage)?;
-                let script = height_script(&chart, spot).into_bytes();
+            let work = move |clock: &Clock| {
+                let Subject { opened, style, stage } = subject;
+                let chart = studio.charts.chart(&opened, (spot.zoom, false), style, stage, clock)?;
+                let script = height_script(&chart, spot, clock)?.into_bytes();
                 studio.keep(&key, &script);
                 Ok(Arc::new(vec![script]))
             };
@@ -195,16 +198,23 @@ impl Studio {
         let key = subject.key(TileProduct::Block, spot.zoom, spot.is_dense, x, y);
         let lane = if subject.stage == Stage::Full { Lane::Slow } else { Lane::Quick };
         let studio = self.clone();
-        self.queue.ask(lane, key, move || studio.draw(&subject, spot.zoom, spot.is_dense, [x, y]))
+        self.queue.ask(lane, key, move |clock| studio.draw(&subject, spot.zoom, spot.is_dense, [x, y], clock))
     }
 
-    fn draw(&self, subject: &Subject, zoom: u8, is_dense: bool, block: [i64; 2]) -> Result<Product, Error> {
-        let chart = self.charts.chart(&subject.opened, (zoom, is_dense), subject.style, subject.stage)?;
+    fn draw(
+        &self,
+        subject: &Subject,
+        zoom: u8,
+        is_dense: bool,
+        block: [i64; 2],
+        clock: &Clock,
+    ) -> Result<Product, Error> {
+        let chart = self.charts.chart(&subject.opened, (zoom, is_dense), subject.style, subject.stage, clock)?;
         let area = Area::new(block[0] * BLOCK_PX, block[1] * BLOCK_PX, BLOCK_PX as usize, BLOCK_PX as usize);
-        let picture = chart.picture(area);
+        let picture = chart.picture(area, clock)?;
         let tiles = tiles_of(zoom, is_dense, block);
         let mut product = Vec::new();
-        let block_pixels = picture.pixels(area);
+        let block_pixels = picture.pixels(area, clock)?;
         for tile in &tiles {
             let bytes = encoded(&block_pixels, area, tile.pixels());
             self.keep(&subject.key(TileProduct::Picture, zoom, is_dense, tile.x, tile.y), &bytes);
@@ -245,13 +255,13 @@ fn encoded(rgb: &[u8], area: Area, part: Area) -> Vec<u8> {
 }
 
 /// Returns a script with the heights of every second pixel of a tile, up to the first row and column of the next tiles.
-fn height_script(chart: &Chart, spot: TileAddress) -> String {
+fn height_script(chart: &Chart, spot: TileAddress, clock: &Clock) -> Result<String, Stopped> {
     let mut area = spot.pixels();
     area.x1 += 1;
     area.y1 += 1;
-    let heights_m = chart.heights_m(area);
+    let heights_m = chart.heights_m(area, clock)?;
     let rows = heights_m.chunks(area.width()).step_by(HEIGHT_SPACING_PX);
     let nodes: Vec<f32> = rows.flat_map(|row| row.iter().step_by(HEIGHT_SPACING_PX).copied()).collect();
     let text = height_text(&nodes, TILE_PX as usize / HEIGHT_SPACING_PX + 1);
-    format!("terrane.heights(\"{}/{}/{}\",\"{text}\");\n", spot.zoom, spot.x, spot.y)
+    Ok(format!("terrane.heights(\"{}/{}/{}\",\"{text}\");\n", spot.zoom, spot.x, spot.y))
 }

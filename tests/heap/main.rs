@@ -1,10 +1,11 @@
-//! What a world says that it remembers is what the allocator has handed out for it. A binary of its own, since it counts
-//! all that is allocated.
+//! What a world says that it remembers is what the allocator has handed out for it. A binary of its own, since it
+//! counts all that is allocated.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use terrane::area::TileId;
+use terrane::clock::Clock;
 use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
@@ -43,8 +44,15 @@ fn worlds_remember_as_many_bytes_as_they_say() {
         let before = IN_USE.load(Ordering::Relaxed);
         for x in 0..2 {
             let tile = Tile::new(&world, TileId { x, y: 0 });
-            drop((world.lines(&tile.area()), world.lakes(&tile.area()), world.coasts(&tile.area())));
-            drop((world.peaks(&tile.area()), world.sites(&tile.area())));
+            drop((
+                world.lines(&tile.area(), &Clock::default()).unwrap(),
+                world.lakes(&tile.area(), &Clock::default()).unwrap(),
+                world.coasts(&tile.area(), &Clock::default()).unwrap(),
+            ));
+            drop((
+                world.peaks(&tile.area(), &Clock::default()).unwrap(),
+                world.sites(&tile.area(), &Clock::default()).unwrap(),
+            ));
         }
         let taken = (IN_USE.load(Ordering::Relaxed) - before) as f64;
         let told = world.remembered_bytes() as f64;

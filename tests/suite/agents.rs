@@ -2,6 +2,7 @@
 
 use terrane::agents::settings::Ending;
 use terrane::area::{Area, TileId};
+use terrane::clock::Clock;
 use terrane::lines::{Line, LineEnd, LineId, LineKind};
 use terrane::preset::Preset;
 use terrane::tile::{Material, Tile};
@@ -38,7 +39,7 @@ fn around(place: (i64, i64), tiles: i64) -> Area {
 fn a_path_is_whole_and_the_same_whoever_asks() {
     for place in PLACES {
         let (one, other) = (world(|_| ()), world(|_| ()));
-        let all = one.lines(&around(place, 4));
+        let all = one.lines(&around(place, 4), &Clock::default()).unwrap();
         assert!(all.iter().any(|path| path.kind == LineKind::River), "there are rivers");
         assert!(all.iter().any(|path| path.kind == LineKind::Road), "there are roads");
         // A world of its own, asked for one tile after another from the far end, knows the same paths of each tile.
@@ -46,7 +47,7 @@ fn a_path_is_whole_and_the_same_whoever_asks() {
             for x in (place.0 - 2..place.0 + 2).rev() {
                 let tile = TileId { x, y }.area(64);
                 let touching: Vec<_> = all.iter().filter(|path| path.concerns(&tile)).collect();
-                let asked = other.lines(&tile);
+                let asked = other.lines(&tile, &Clock::default()).unwrap();
                 assert_eq!(asked.iter().collect::<Vec<_>>(), touching, "tile ({x}, {y})");
             }
         }
@@ -68,7 +69,7 @@ fn a_tile_does_not_depend_on_what_was_made_before() {
 fn paths_stay_within_their_reach_and_rivers_start_at_the_highest_vertex() {
     let world = world(|_| ());
     let crossed = world.preset().rivers.as_ref().unwrap().max_tiles as i64;
-    for path in world.lines(&around((0, 0), 4)) {
+    for path in world.lines(&around((0, 0), 4), &Clock::default()).unwrap() {
         let own = owner(&path).area(64);
         // Nodes stay within the tiles that may be crossed; the bed sticks out by its banks.
         let may = own.padded((crossed * 64) as usize + 64);
@@ -91,8 +92,12 @@ fn paths_stay_within_their_reach_and_rivers_start_at_the_highest_vertex() {
 fn rivers_end_in_other_rivers_in_ponds_or_lose_a_third() {
     let endings = |ending| {
         let world = world(|preset| preset.rivers.as_mut().unwrap().ending = ending);
-        let rivers: Vec<_> =
-            world.lines(&around((0, 0), 6)).into_iter().filter(|line| line.kind == LineKind::River).collect();
+        let rivers: Vec<_> = world
+            .lines(&around((0, 0), 6), &Clock::default())
+            .unwrap()
+            .into_iter()
+            .filter(|line| line.kind == LineKind::River)
+            .collect();
         for river in &rivers {
             let LineEnd::Line(other) = river.end else { continue };
             // The river that it meets has its bed there, and so the two are one water.
@@ -137,6 +142,6 @@ fn beds_are_cut_into_the_land_and_lie_on_the_blend_map() {
 #[test]
 fn without_agents_there_are_no_lines() {
     let world = world(|preset| (preset.rivers, preset.roads) = (None, None));
-    assert!(world.lines(&around((0, 0), 6)).is_empty());
+    assert!(world.lines(&around((0, 0), 6), &Clock::default()).unwrap().is_empty());
     assert!(Tile::new(&world, TileId { x: 0, y: 0 }).imprint().is_none());
 }

@@ -1,7 +1,8 @@
 //! The house has one staircase: a module imports only modules that stand above it in lib.rs, and whole crates stand
-//! above others. Its documentation names things, and a name of a type has one meaning.
+//! above others. Its documentation names things, a name of a type has one meaning, and lists of files and words are
+//! true.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,15 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
             found.push(path);
         }
     }
+}
+
+/// All source files of the three crates.
+fn all_sources() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for src in ["crates/engine/src", "crates/output/src", "src"] {
+        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(src), &mut files);
+    }
+    files
 }
 
 /// The modules of a lib.rs, from the first to the last.
@@ -91,13 +101,8 @@ const MOST_NAMELESS: f64 = 0.5;
 #[test]
 fn documentation_opens_with_the_thing() {
     const NAMELESS: [&str; 10] = ["What", "How", "Whether", "That", "Where", "Which", "Those", "Of", "Its", "Such"];
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    for src in ["crates/engine/src", "crates/output/src", "src"] {
-        sources(&root.join(src), &mut files);
-    }
     let (mut blocks, mut nameless) = (0, Vec::new());
-    for path in files {
+    for path in all_sources() {
         let text = fs::read_to_string(&path).unwrap();
         let mut is_inside = false;
         for line in text.lines().map(str::trim_start) {
@@ -116,15 +121,10 @@ fn documentation_opens_with_the_thing() {
 
 #[test]
 fn a_type_name_has_one_meaning() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    for src in ["crates/engine/src", "crates/output/src", "src"] {
-        sources(&root.join(src), &mut files);
-    }
     let mut names: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for path in files.iter().filter(|path| !path.ends_with("tests.rs")) {
-        let text = fs::read_to_string(path).unwrap();
-        let file = path.strip_prefix(root).unwrap().display().to_string();
+    for path in all_sources().into_iter().filter(|path| !path.ends_with("tests.rs")) {
+        let text = fs::read_to_string(&path).unwrap();
+        let file = path.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap().display().to_string();
         for name in defined(&text) {
             names.entry(name).or_default().push(file.clone());
         }
@@ -133,6 +133,35 @@ fn a_type_name_has_one_meaning() {
     names.retain(|_, files| files.len() > 1);
     let double: Vec<String> = names.iter().map(|(name, files)| format!("{name}: {}", files.join(", "))).collect();
     assert!(double.is_empty(), "names that stand for more than one type:\n{}", double.join("\n"));
+}
+
+#[test]
+fn a_word_of_the_glossary_names_one_type_or_module() {
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
+    let rows = text.lines().filter_map(|line| line.strip_prefix("//! | [")?.split_once("]("));
+    let types: BTreeSet<String> =
+        all_sources().iter().flat_map(|path| defined(&fs::read_to_string(path).unwrap())).collect();
+    let mut words = BTreeSet::new();
+    for (word, row) in rows {
+        let name = row.split(')').next().unwrap().rsplit("::").next().unwrap();
+        assert_eq!(word, name.to_lowercase());
+        assert!(words.insert(word), "{word} has two rows");
+        // That a module exists is proved by the link in the documentation.
+        assert!(name == word || types.contains(name), "{name} is no type");
+    }
+    assert!((20..=35).contains(&words.len()), "{} words", words.len());
+}
+
+#[test]
+fn contributing_names_each_test_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("CONTRIBUTING.md")).unwrap();
+    for folder in ["tests", "tests/suite", "tests/long", "tests/heap"] {
+        for entry in fs::read_dir(root.join(folder)).unwrap().map(Result::unwrap).filter(|it| it.path().is_file()) {
+            let name = entry.file_name().into_string().unwrap();
+            assert!(text.contains(&format!("`{name}`")), "CONTRIBUTING.md does not tell what {folder}/{name} is for");
+        }
+    }
 }
 
 /// The names of the types and traits that a file defines outside its inline tests. An indented `type` belongs to a

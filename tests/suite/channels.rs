@@ -1,6 +1,6 @@
 //! The laws of the network: channels fall, grow, keep apart and end in what they name.
 //!
-//! The suite looks at one seed of some presets, `tests/long` at all else, with the same code.
+//! The suite looks at one seed of some presets, in its long form at all else.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
@@ -11,11 +11,11 @@ use terrane::fluvial::grain_point::Point;
 use terrane::lines::{ChannelId, LakeId};
 use terrane::world::World;
 
-use crate::IS_LONG;
+use crate::is_long;
 use crate::worlds::{fluvial, fluvial_names, is_tried, shared};
 
 fn worlds() -> impl Iterator<Item = (&'static str, u64, &'static World)> {
-    let seeds = if IS_LONG { 1..=4 } else { 1..=1 };
+    let seeds = if is_long() { 1..=4 } else { 1..=1 };
     let all = seeds.flat_map(|seed| fluvial_names().map(move |name| (name, seed)));
     all.filter(|(name, seed)| *seed > 1 || is_tried(name)).map(|(name, seed)| (name, seed, shared(name, seed)))
 }
@@ -75,7 +75,7 @@ fn channels_fall_grow_and_end_in_what_they_name() {
         }
     }
     // There may be nothing but sea where one of the worlds is looked at.
-    assert!(count > if IS_LONG { 1000 } else { 500 }, "there are {count} channels");
+    assert!(count > if is_long() { 1000 } else { 500 }, "there are {count} channels");
 }
 
 /// The pairs of channels that cross.

@@ -436,13 +436,13 @@ fn a_folder_without_a_registry_is_refused() {
     desk.refused(&["registry", "text"], &["registry.sqlite", "no tile registry"]);
     desk.write("empty/registry.sqlite", "");
     desk.refused(&["registry", "empty", "--json"], &["registry.sqlite", "no tile registry"]);
-    desk.refused(&["registry"], &["<FOLDER>"]);
+    desk.refused(&["registry"], &["<DIR>"]);
 }
 
 /// What a map cannot be: options, and what must be said.
 const BAD_MAPS: &[(&[&str], &[&str])] = &[
     (&["--scale", "1:0"], &["1:0", "1:50000"]),
-    (&["--scale", "50000"], &["50000", "1:50000"]),
+    (&["--scale", "1/4"], &["1/4", "1:50000", "--stride"]),
     (&["--scale", "1:50000", "--width", "300"], &["--scale", "--width"]),
     (&["--dpi", "0"], &["10 to 2400"]),
     (&["--bounds=5,5,-5,10"], &["nothing", "--bounds=-10,-10,10,10"]),
@@ -491,6 +491,9 @@ fn a_map_is_written_with_its_world_file_and_how_to_draw_it_again() {
     let again: Vec<&str> = recipe.split(' ').skip(1).chain(["--out", "again.png"]).collect();
     desk.done(&again);
     assert_eq!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
+    // Edges that halve a pixel add none.
+    let odd = ["--bounds=-0.1,-0.1,0.1,0.1", "--width", "101", "--furniture", "none", "--out", "odd.png"];
+    assert_eq!(desk.done(&[&["map", "small.toml", "--json"][..], &odd].concat()).last_object()["width"], 101);
     desk.refused(&[&["map", "small.toml"][..], &options].concat(), &["m.png", "already", "--overwrite"]);
     desk.done(&[&["map", "small.toml", "--overwrite", "--style", "night"][..], &options].concat());
     assert_ne!(fs::read(desk.path("m.png")).unwrap(), fs::read(desk.path("again.png")).unwrap());
@@ -597,6 +600,11 @@ fn an_atlas_has_an_index_sheets_and_a_document() {
     let files: Vec<&str> = drawn["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
     assert_eq!(files, ["index.png", "A1.png", "A2.png", "atlas.pdf"].map(|name| format!("atlas/{name}")));
     assert!(files.iter().all(|file| desk.path(file).is_file()));
+    // A place with a size takes as many sheets as cover it.
+    let place = ["atlas", "small.toml", "--bounds=-0.1,-0.1,0.3,0.1", "--format", "png", "--json", "--out", "place"];
+    let drawn = desk.done(&[&place[..], &atlas[4..10]].concat()).last_object();
+    assert_eq!(drawn["files"].as_array().unwrap().len(), 1 + 3 * 2, "{drawn}");
+    desk.refused(&[&atlas[..10], &["--around=0,0,1"]].concat(), &["--sheets"]);
     desk.refused(&[&atlas[..], &["--out", "atlas"]].concat(), &["A1.png", "already", "--overwrite"]);
     desk.done(&[&atlas[..], &["--out", "atlas", "--overwrite", "--format", "pdf"]].concat());
     for (option, value, words) in [
@@ -604,6 +612,7 @@ fn an_atlas_has_an_index_sheets_and_a_document() {
         ("--paper", "a9", "a0 to a6"),
         ("--overlap", "500", "no room"),
         ("--middle", "Nowhere", "noise"),
+        ("--around", "Nowhere", "noise"),
         ("--sheets", "2x40", "1 to 26 rows"),
     ] {
         desk.refused(&["atlas", "small.toml", option, value, "--out", "other"], &[words]);
@@ -786,6 +795,13 @@ fn completions_and_the_manual_know_the_options() {
             assert!(script.contains(word), "the script for {shell} lacks {word:?}");
         }
     }
+    let fish = desk.done(&["completions", "fish"]).stdout;
+    for (command, name) in
+        [("bake", "alps"), ("map", "alps"), ("find", "alps"), ("explore", "alps"), ("styles", "night")]
+    {
+        let names = |line: &&str| line.contains(&format!("_using_subcommand {command}\" -a")) && line.contains(name);
+        assert!(fish.lines().any(|line| names(&line)), "fish knows no {name} for {command}\n{fish}");
+    }
     desk.refused(&["completions", "cmd"], &["cmd", "bash", "zsh", "fish"]);
     let manual = desk.done(&["man"]).stdout;
     for word in [".TH terrane", ".SH", "\\-\\-overwrite", "\\-\\-dry\\-run", "COLSxROWS"] {
@@ -940,11 +956,13 @@ fn progress_names_what_is_done_and_counts_what_is_made() {
     let is = |stage: &'static str| move |object: &Value| object["stage"] == stage;
     let goes_on =
         |stage: &'static str| move |object: &Value| object["stage"] == stage && object["seconds_left"] != Value::Null;
-    // What is not counted has no share and no end.
+    // What a map shows is looked for square by square, and what is searched for block by block.
     let map = ["map", "alps", "--around=0,0,100", "--scale", "1:200000", "--out", "map.png"];
-    let finding = progress_until(&desk, &map, is("finding what is drawn"));
-    let nothing = [&finding["of"], &finding["percent"], &finding["seconds_left"], &finding["tiles"]];
-    assert_eq!(nothing, [&Value::Null; 4], "{finding}");
+    let find = ["find", "alps", "lake > 1000 km2"];
+    for (arguments, stage) in [(&map[..], "planning roads"), (&find, "searching")] {
+        let told = progress_until(&desk, arguments, is(stage));
+        assert!(told["of"].as_u64() > Some(9) && told["percent"].is_number() && told["tiles"].is_null(), "{told}");
+    }
     // A map that is long from north to south, and an atlas of many small sheets.
     let map = ["map", "slow.toml", "--bounds=0,-1000,1,0", "--width", "256", "--out", "map.png", "--furniture", "none"];
     let atlas = ["atlas", "slow.toml", "--sheets", "36x25", "--paper", "100x100", "--out", "atlas", "--format", "png"];
@@ -1219,8 +1237,8 @@ fn a_bake_at_a_scale_covers_the_same_ground_and_says_so() {
         "--at=-8,4",
         "--size",
         "8x4",
-        "--scale",
-        "1/4",
+        "--stride",
+        "4",
         "--export",
         "exr,map",
         "--out",
@@ -1255,9 +1273,9 @@ fn regions_are_asked_for_in_kilometres() {
         (&["--around=1,2"], "expected 3 numbers"),
         (&["--bounds=0,0,1e300,1"], "leaves the coordinates"),
         (&["--around=0,0,1", "--at=0,0"], "cannot be used with"),
-        (&["--scale", "1/3"], "1/2, 1/4"),
-        (&["--scale", "1/8192"], "1/4096"),
-        (&["--scale", "2"], "1/2, 1/4"),
+        (&["--stride", "3"], "1, 2, 4"),
+        (&["--stride", "8192"], "to 4096"),
+        (&["--scale", "1:50000"], "map and atlas"),
     ] {
         desk.refused(&[&["bake", "small.toml"], arguments].concat(), &[word]);
     }
@@ -1282,6 +1300,10 @@ fn what_is_looked_for_is_found_nearest_first() {
             assert!(one["bake"].as_str().unwrap().starts_with("terrane bake alps --seed 5 "), "{one}");
         }
     }
+    // The command is one for a shell, whatever the file is called.
+    desk.write("my alps.toml", "extends = \"alps\"\n");
+    let found = desk.done(&["find", "my alps.toml", "place", "--limit=1", "--json"]).object();
+    assert!(found["bake"].as_str().unwrap().starts_with("terrane bake 'my alps.toml' --around="), "{found}");
     desk.refused(&["find", "alps", "castle"], &["castle", "\"town on river\""]);
     desk.refused(&["find", "alps", "peak > high"], &["expected a number"]);
     desk.refused(&["find", "small.toml", "lake"], &["noise", "fluvial"]);

@@ -7,10 +7,48 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-use crate::BAKES;
+use crate::is_long;
 use terrane::export::Export;
 use terrane::preset::Preset;
 use terrane::world::World;
+
+/// Bakes that are measured: preset, size, and exports one after the other; none are all.
+const BAKES: &[(&str, &str, &[&str])] = &[
+    ("thesis", "6x6", &["height,blend,normal,map", "water", "vector", "splines", "gltf-region", "web"]),
+    ("archipelago", "6x6", &["vector,splines,water"]),
+];
+
+/// The bakes of the long form.
+const LONG_BAKES: &[(&str, &str, &[&str])] = &[
+    ("thesis", "8x8", &[]),
+    // The exports whose files or work depend on rivers, roads or a sea: each takes a plan of roads twice.
+    (
+        "archipelago",
+        "8x8",
+        &[
+            "exr",
+            "map",
+            "water",
+            "depth-tiles",
+            "flow-geotiff",
+            "accumulation",
+            "scatter-tiles",
+            "instances",
+            "splines",
+            "vector",
+            "geojson",
+            "gltf",
+            "gltf-region",
+            "obj",
+            "collision",
+            "web",
+        ],
+    ),
+    ("hills", "24x4", &["height,exr,map-tiles"]),
+    ("alps", "1x1", &["hashes"]),
+    ("plains", "12x12", &["height,geojson"]),
+    ("canyon", "24x24", &["hashes"]),
+];
 
 fn terrane(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
@@ -47,10 +85,10 @@ fn bytes_in(folder: &Path) -> u64 {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_dry_run_tells_the_memory_and_the_disk_that_a_bake_takes() {
-    check_costs(BAKES);
+    check_costs(if is_long() { LONG_BAKES } else { BAKES });
 }
 
-/// `cargo test --profile quick --test long -- --ignored every_export`
+/// `cargo test --profile quick --test suite -- --ignored every_export`
 #[cfg(target_os = "linux")]
 #[test]
 #[ignore = "it plans the same roads a hundred times"]

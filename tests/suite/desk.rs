@@ -149,8 +149,8 @@ pub fn walk(folder: &Path, visit: &mut impl FnMut(&Path)) {
     }
 }
 
-/// The files in a folder and in its folders, with `/` between the parts of their paths, but for the log of a bake's runs, which no
-/// two bakes have the same.
+/// The files in a folder and in its folders, with `/` between the parts of their paths, but for the log of a bake's
+/// runs, which no two bakes have the same.
 pub fn files_in(folder: &Path) -> BTreeSet<String> {
     let mut files = BTreeSet::new();
     walk(folder, &mut |path| {

@@ -1,4 +1,5 @@
-//! What the system itself refuses: files that may grow no more, a disk that is full, too many open files, names that it does not take.
+//! What the system itself refuses: files that may grow no more, a disk that is full, too many open files, names that it
+//! does not take.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -196,7 +197,7 @@ fn a_file_system_without_locks_takes_all_that_any_other_takes() {
     }
     // With a GeoPackage and MBTiles, which are databases too.
     fn bake(out: &str) -> [&str; 9] {
-        ["bake", "small.toml", "--size", "24x24", "--export", "height,height-tiles,vector,web", "-q", "--out", out]
+        ["bake", "small.toml", "--size", "16x16", "--export", "height,height-tiles,vector,web", "-q", "--out", out]
     }
     desk.done(&bake("whole"));
     // ENOLCK, EOPNOTSUPP and ENOSYS.
@@ -231,10 +232,10 @@ fn a_file_system_without_locks_takes_all_that_any_other_takes() {
         same(&desk, &desk.path(&out), &desk.path("whole"));
         run(&["verify", &out, "--all"]);
         run(&["registry", &out]);
-        run(&["bake", "small.toml", "--size", "24x24", "--export", "hashes", "--add", "-q", "--out", &out]);
+        run(&["bake", "small.toml", "--size", "16x16", "--export", "hashes", "--add", "-q", "--out", &out]);
         fs::write(desk.path(&out).join("height/height.png"), "damaged").unwrap();
         run(&["repair", &out]);
-        run(&["extend", &out, "--size", "25x24", "-q"]);
+        run(&["extend", &out, "--size", "17x16", "-q"]);
         run(&["verify", &out]);
         run(&["map", &out, "--width", "64", "--out", &format!("{out}.png")]);
         for shard in ["1/2", "2/2"] {

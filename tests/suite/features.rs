@@ -1,4 +1,5 @@
-//! Rivers, lakes, coasts, peaks, settlements and roads of fluvial worlds: whole, once, the same in every window, and in their right place.
+//! Rivers, lakes, coasts, peaks, settlements and roads of fluvial worlds: whole, once, the same in every window, and in
+//! their right place.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,8 +19,8 @@ use terrane::lines::{Line, LineEnd, LineKind, Lines};
 use terrane::preset::Preset;
 use terrane::world::World;
 
-use crate::IS_LONG;
 use crate::bakes::{FLUVIAL, bake_vectors, fresh, settled, unsettled};
+use crate::is_long;
 
 const LAYERS: [&str; 7] = ["rivers", "lakes", "coast", "peaks", "sites", "roads", "crossings"];
 
@@ -74,7 +75,7 @@ fn a_feature_is_the_same_in_every_window() {
     let other = tempfile::tempdir().unwrap();
     // Another world of the same recipe: nothing is remembered of the first bake.
     let again = fresh();
-    let (wide, high) = if IS_LONG { (11, 6) } else { (6, 6) };
+    let (wide, high) = if is_long() { (11, 6) } else { (6, 6) };
     bake_vectors(&again, region(&again, -2, -3, wide, high), 3, other.path(), FILES);
     for layer in LAYERS {
         let (first, second) = (rows(one.path(), layer), rows(other.path(), layer));
@@ -93,8 +94,8 @@ fn a_feature_is_the_same_in_every_window() {
 fn the_bytes_depend_neither_on_threads_nor_on_tiles() {
     let folder = tempfile::tempdir().unwrap();
     let (one, other) = (folder.path().join("one"), folder.path().join("other"));
-    // In `tests/long` nothing is remembered of any other bake.
-    let fine = if IS_LONG { &fresh() } else { settled() };
+    // In the long form nothing is remembered of any other bake.
+    let fine = if is_long() { &fresh() } else { settled() };
     bake_vectors(fine, region(fine, -2, -2, 4, 4), 1, &one, FILES);
     let coarse = Preset::parse("test", &FLUVIAL.replace("tile_cells = 64", "tile_cells = 128")).unwrap();
     let coarse = World::new(coarse, Some(5)).unwrap();
@@ -112,7 +113,7 @@ fn both_formats_hold_the_features_that_touch_the_region() {
     let area = Area::new(-512, -512, region.width() as usize, region.height() as usize);
     let expected: [BTreeSet<String>; 2] = [
         rivers_of(world, &area).iter().map(|river| river.id.to_string()).collect(),
-        world.lakes(&area).iter().map(|lake| lake.id.to_string()).collect(),
+        world.lakes(&area, &Clock::default()).unwrap().iter().map(|lake| lake.id.to_string()).collect(),
     ];
     for (layer, expected) in LAYERS.iter().zip(&expected) {
         let found: BTreeSet<String> = rows(folder.path(), layer).into_keys().collect();
@@ -222,7 +223,7 @@ fn a_world_without_places_has_their_layers_empty() {
 
 /// All rivers of an area.
 fn rivers_of(world: &World, area: &Area) -> Lines {
-    world.lines(area).into_iter().filter(|line| line.kind == LineKind::River).collect()
+    world.lines(area, &Clock::default()).unwrap().into_iter().filter(|line| line.kind == LineKind::River).collect()
 }
 
 /// Vertices from a place to the nearest of a line.
@@ -257,7 +258,7 @@ fn rivers_fall_and_end_in_what_they_say() {
     let rivers = rivers_of(world, &area);
     let by_id: BTreeMap<_, &Line> = rivers.iter().map(|river| (river.id, &**river)).collect();
     assert!(rivers.len() > 20 && by_id.len() == rivers.len());
-    let wide = world.lakes(&area.padded(1024));
+    let wide = world.lakes(&area.padded(1024), &Clock::default()).unwrap();
     let (mut seen, mut highest) = ([0; 3], 0);
     for river in &rivers {
         let id = river.id;
@@ -271,7 +272,7 @@ fn rivers_fall_and_end_in_what_they_say() {
             river.points.iter().map(|point| point.half_width_m / (usual_m * point.discharge_m3s.sqrt())).collect();
         assert!(shares.iter().all(|share| (0.89..1.21).contains(share)), "{id} is {shares:?} times as broad as usual");
         assert!(shares.windows(2).all(|pair| (pair[0] / pair[1] - 1.0).abs() < 0.1), "{id} has steps in its banks");
-        highest = highest.max(land.order(river));
+        highest = highest.max(land.order(river, &Clock::default()).unwrap());
         let last = river.points[river.points.len() - 1];
         let end = river.place_from([0, 0], &last);
         match river.end {
@@ -281,7 +282,9 @@ fn rivers_fall_and_end_in_what_they_say() {
                 let Some(other) = by_id.get(&other) else { continue };
                 assert!(distance(other, end) < 1.0 / 256.0, "{id} ends beside {}", other.id);
                 let mouth = other.points[other.points.len() - 1];
-                let is_larger = land.order(other) >= land.order(river) && mouth.half_width_m >= last.half_width_m;
+                let is_larger = land.order(other, &Clock::default()).unwrap()
+                    >= land.order(river, &Clock::default()).unwrap()
+                    && mouth.half_width_m >= last.half_width_m;
                 assert!(is_larger && last.level_m >= mouth.level_m, "{id} and {}", other.id);
             }
             LineEnd::Lake(node) => {
@@ -294,7 +297,7 @@ fn rivers_fall_and_end_in_what_they_say() {
                 seen[2] += 1;
                 let [x, y] = end.map(|at| at.floor() as i64);
                 let around = Area::new(x, y, 2, 2).padded(8);
-                let water = world.relief().land(around, &Clock::default()).water.unwrap();
+                let water = world.relief().land(around, &Clock::default()).unwrap().water.unwrap();
                 assert!(water.kind.values().contains(&WaterKind::Sea), "{id} ends away from the sea");
             }
             other => panic!("{id} ends in {other:?}"),
@@ -306,8 +309,9 @@ fn rivers_fall_and_end_in_what_they_say() {
 
 #[test]
 fn rivers_lie_on_the_ground() {
-    // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air; and
-    // where a glacier's valley goes up in a step, at which it was 29; and where a head lies beyond a divide, at which it was 35.
+    // Where beds of the same level, of lakes and of dry brooks beside them once left them up to 47 metres in the air;
+    // and where a glacier's valley goes up in a step, at which it was 29; and where a head lies beyond a divide, at
+    // which it was 35.
     let mut count = 0;
     let places = [
         ("highlands", 90210, -608, -3020, 2.0),
@@ -318,13 +322,13 @@ fn rivers_lie_on_the_ground() {
         ("alps", 20301, 1004, -1, 4.0),
         ("alps", 31001, -321, 13, 2.0),
     ];
-    for (name, seed, x, y, most_m) in places.into_iter().take(if IS_LONG { 7 } else { 2 }) {
+    for (name, seed, x, y, most_m) in places.into_iter().take(if is_long() { 7 } else { 2 }) {
         let (_, mut preset) = Preset::load(name).unwrap();
         // These places were found in the worlds of the seeds alone.
         preset.country = None;
         let world = World::new(preset, Some(seed)).unwrap();
         let area = TileId { x, y }.area(world.tile_cells());
-        let land = world.relief().land(area, &Clock::default());
+        let land = world.relief().land(area, &Clock::default()).unwrap();
         let depth_m = land.water.unwrap().depth_m;
         for river in rivers_of(&world, &area) {
             for point in &river.points {
@@ -342,13 +346,13 @@ fn rivers_lie_on_the_ground() {
             }
         }
     }
-    assert!(count > if IS_LONG { 100 } else { 50 }, "{count} points");
+    assert!(count > if is_long() { 100 } else { 50 }, "{count} points");
 }
 
 #[test]
 fn lakes_are_rings_around_their_water() {
     let (world, ..) = baked();
-    let lakes = world.lakes(&Area::new(-512, -512, 1025, 1025));
+    let lakes = world.lakes(&Area::new(-512, -512, 1025, 1025), &Clock::default()).unwrap();
     assert!(lakes.len() > 2);
     for lake in &lakes {
         for ring in &lake.rings {
@@ -358,7 +362,7 @@ fn lakes_are_rings_around_their_water() {
         // A vertex is lake or not on the two sides of the westernmost point of the shore.
         let west = lake.rings[0].iter().min_by(|a, b| a[0].partial_cmp(&b[0]).unwrap()).unwrap();
         let (x, y) = (west[0].floor() as i64, west[1] as i64);
-        let water = world.relief().land(Area::new(x, y, 2, 1), &Clock::default()).water.unwrap();
+        let water = world.relief().land(Area::new(x, y, 2, 1), &Clock::default()).unwrap().water.unwrap();
         // To the west of it there may be a river.
         assert_ne!(water.kind.at(x, y), WaterKind::Lake, "{:?}", lake.id);
         assert_eq!(water.kind.at(x + 1, y), WaterKind::Lake, "{:?}", lake.id);
@@ -382,7 +386,7 @@ fn lakes_are_rings_around_their_water() {
 fn no_lake_stands_above_the_land_at_its_shore() {
     let (world, ..) = baked();
     let area = Area::new(-1024, -1024, 2049, 2049);
-    let land = world.relief().land(area, &Clock::default());
+    let land = world.relief().land(area, &Clock::default()).unwrap();
     let water = land.water.unwrap();
     let (mut shores, mut steps) = (0, Vec::new());
     for (x, y) in area.vertices().filter(|(x, y)| water.kind.at(*x, *y) == WaterKind::Lake) {
@@ -404,7 +408,7 @@ fn no_lake_stands_above_the_land_at_its_shore() {
 #[test]
 fn pieces_of_coast_meet_at_the_edges_of_their_cells() {
     let (world, ..) = baked();
-    let coasts = world.coasts(&Area::new(-1024, -1024, 2049, 2049));
+    let coasts = world.coasts(&Area::new(-1024, -1024, 2049, 2049), &Clock::default()).unwrap();
     let mut ends: BTreeMap<[u64; 2], usize> = BTreeMap::new();
     let inner = |point: &[f64; 2]| point.iter().all(|at| at.abs() < 1023.0);
     for coast in &coasts {
@@ -422,7 +426,7 @@ fn pieces_of_coast_meet_at_the_edges_of_their_cells() {
 #[test]
 fn peaks_are_the_highest_around() {
     let (world, ..) = baked();
-    let peaks = world.peaks(&Area::new(-512, -512, 1025, 1025));
+    let peaks = world.peaks(&Area::new(-512, -512, 1025, 1025), &Clock::default()).unwrap();
     assert!(peaks.len() > 1);
     for peak in &peaks {
         let [x, y] = peak.at;

@@ -11,7 +11,7 @@ use terrane::world::World;
 use crate::worlds::{fluvial, shared};
 
 fn land(world: &World, area: Area) -> Land {
-    fluvial(world).land(area, &Clock::default())
+    fluvial(world).land(area, &Clock::default()).unwrap()
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn rivers_cut_into_the_lowlands_of_the_coast() {
 
 /// The points of rivers of an area that are more than so many vertices wide, each with its vertex.
 fn wide(world: &World, area: &Area, vertices: f64) -> Vec<([f64; 2], f64)> {
-    let rivers = fluvial(world).rivers(area);
+    let rivers = fluvial(world).rivers(area, &Clock::default()).unwrap();
     let points = rivers.iter().flat_map(|river| {
         river.points.iter().map(|point| (river.place_from([0, 0], point), 2.0 * point.half_width_m / river.spacing_m))
     });
@@ -175,7 +175,9 @@ fn rivers_that_end_in_the_sea_reach_it() {
         let area = Area::new(0, 0, 1024, 1024);
         let kinds = land(world, area).water.unwrap().kind;
         let mut mouths = 0;
-        for river in fluvial(world).rivers(&area).iter().filter(|river| river.end == LineEnd::Sea) {
+        for river in
+            fluvial(world).rivers(&area, &Clock::default()).unwrap().iter().filter(|river| river.end == LineEnd::Sea)
+        {
             let [x, y] = river.fixed(river.points.last().unwrap());
             let end = Point { x, y };
             let [column, row] = [end.x, end.y].map(|grains| grains.div_euclid(GRAINS));

@@ -120,8 +120,7 @@ fn damages(times: usize) {
 
 #[test]
 fn damage_is_found_and_repaired_whatever_it_is() {
-    // The long form is the one below.
-    damages(if crate::IS_LONG { 1 } else { 24 });
+    damages(24);
 }
 
 /// `cargo test --profile quick --test suite -- --ignored thousand`
@@ -393,7 +392,7 @@ fn overwrite_touches_only_bakes_and_keeps_what_was_changed() {
 #[test]
 fn one_bake_writes_to_a_folder_and_all_others_say_so() {
     let desk = Desk::new();
-    let rounds = if crate::IS_LONG { 50 } else { 3 };
+    let rounds = if crate::is_long() { 50 } else { 3 };
     for round in 0..rounds {
         let folder = format!("o{round}");
         let bake = ["bake", "small.toml", "--size", "64x64", "--out", &folder, "-q", "--threads", "1"];

@@ -3,7 +3,7 @@
 //! `TERRANE_ACCEPT=1 cargo test --profile quick --test suite golden` writes the hashes of today into `tests/golden.txt`. A
 //! change there is a change of every world that users have: the layer that makes others gets another version in
 //! `src/generator.rs`, which the list names, and it belongs in CHANGELOG.md. The suite looks at a tile of a
-//! fluvial preset, of some on a road, and `tests/long` at the others, with the same code.
+//! fluvial preset, of some on a road, and in the long form at the others.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -12,6 +12,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use terrane::area::{Area, Stride, TileId};
+use terrane::clock::Clock;
 use terrane::generator;
 use terrane::lines::LineKind;
 use terrane::map::MapPainter;
@@ -19,7 +20,7 @@ use terrane::preset::{BUILT_IN, Preset};
 use terrane::tile::{Tile, TilePart};
 use terrane::world::World;
 
-use crate::IS_LONG;
+use crate::is_long;
 use crate::worlds::is_quick;
 
 const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3), (1 << 40, -(1 << 40))];
@@ -27,8 +28,8 @@ const TILES: [(i64, i64); 4] = [(0, 0), (1_000_000_000, -1_000_000_000), (-7, 3)
 /// The ending of the names of worlds with roads.
 const WITH_PLACES: &str = "-with-places";
 
-/// Presets that are looked at from afar, too, and at which strides: gullies in the mean, brooks, nothing but trunks, and the mean of
-/// these; and noise.
+/// Presets that are looked at from afar, too, and at which strides: gullies in the mean, brooks, nothing but trunks,
+/// and the mean of these; and noise.
 const AFAR: [(&str, u64); 5] = [("alps", 4), ("plains", 16), ("archipelago", 32), ("fjords", 1024), ("mountains", 8)];
 
 /// A preset and those of its tiles whose hashes are in the list.
@@ -116,18 +117,21 @@ fn world(preset: &Preset, stride: Stride) -> World {
 }
 
 fn settlement(preset: &Preset) -> (i64, i64) {
-    world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560))[0].at.map(|at| at.div_euclid(48)).into()
+    world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560), &Clock::default()).unwrap()[0]
+        .at
+        .map(|at| at.div_euclid(48))
+        .into()
 }
 
-/// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset: of
-/// some that with places, which shows all that the bare one does, and the bare one of the others.
+/// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset:
+/// of some that with places, which shows all that the bare one does, and the bare one of the others.
 fn tried(golden: &Golden) -> &[(i64, i64)] {
     let preset = golden.name.trim_end_matches(WITH_PLACES);
     let has_places = preset != golden.name;
     let shows_most = has_places == is_quick(preset);
     let is_whole = golden.stride == Stride::ONE;
     let quick = if golden.preset.fluvial.is_some() && is_whole { usize::from(shows_most) } else { golden.tiles.len() };
-    if IS_LONG { &golden.tiles[quick..] } else { &golden.tiles[..quick] }
+    if is_long() { &golden.tiles[quick..] } else { &golden.tiles[..quick] }
 }
 
 /// A line a tile.

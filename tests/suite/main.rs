@@ -29,17 +29,14 @@ mod simd;
 mod stops;
 mod strides;
 mod tile_sizes;
+mod varied;
 mod vector;
 mod walker;
 mod walks;
 mod water;
 mod worlds;
 
-/// Bakes of which it is measured what they take: preset, size, and exports one after the other; none are all.
-const BAKES: &[(&str, &str, &[&str])] = &[
-    ("thesis", "6x6", &["height,blend,normal,map", "water", "vector", "splines", "gltf-region", "web"]),
-    ("archipelago", "6x6", &["vector,splines,water"]),
-];
-
-/// `tests/long` has the same tests for what takes longer.
-const IS_LONG: bool = false;
+/// True in the long form of the suite (`TERRANE_LONG=1`): more seeds, presets and places by the same tests.
+fn is_long() -> bool {
+    std::env::var_os("TERRANE_LONG").is_some()
+}

@@ -7,25 +7,26 @@ use std::path::Path;
 use std::sync::Arc;
 
 use terrane::area::Area;
+use terrane::clock::Clock;
 use terrane::find;
 use terrane::map::Chart;
 use terrane::map::scale::Scale;
 use terrane::map::style::{STYLES, Style};
 use terrane::preset::{Preset, summary};
 use terrane::recipe::source::RecipeSources;
+use terrane::stop::Stopped;
 use terrane::world::World;
 
-fn chart(preset: &str, style: &str, scale: Scale) -> Arc<Chart> {
-    let (_, mut preset) = Preset::load(preset).unwrap();
-    // What these maps must show lies in the world of the seed alone.
-    preset.country = None;
-    Chart::new(&preset, Some(3), Style::load(style).unwrap(), scale).unwrap()
+/// Returns the world of alps, seed 3, without its country: the maps must show what lies there.
+fn alps() -> Arc<World> {
+    let preset = Preset { country: None, ..Preset::load("alps").unwrap().1 };
+    Chart::world(&preset, Some(3)).unwrap()
 }
 
 #[test]
 fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
-    // Land with many names, which meet at the borders of sheets, in a style whose names know of no more than they must; and a
-    // village where sheets meet.
+    // Land with many names, which meet at the borders of sheets, in a style whose names know of no more than they must;
+    // and a village where sheets meet.
     let names = "extends = \"atlas\"\n[roads]\ndraw = false";
     let far = (names, Scale { metres_per_pixel: 100.0, pixels_per_mm: 1.0 }, Area::new(-200, -300, 360, 300));
     let near = (
@@ -42,18 +43,18 @@ fn a_map_drawn_at_once_in_strips_and_in_sheets_is_the_same() {
 }
 
 fn check_parts(chart: &Arc<Chart>, area: Area) {
-    let whole = chart.picture(area);
-    let all = whole.pixels(area);
+    let whole = chart.picture(area, &Clock::default()).unwrap();
+    let all = whole.pixels(area, &Clock::default()).unwrap();
     let mut strips = Vec::new();
     let mut add = |strip: &[u8]| {
         strips.extend_from_slice(strip);
-        Ok::<_, ()>(())
+        Ok::<_, Stopped>(())
     };
-    whole.strips(&mut add).unwrap();
+    whole.strips(&Clock::default(), &mut add).unwrap();
     assert!(strips == all, "strips differ");
     for part in area.halves().into_iter().flat_map(Area::halves) {
         // A sheet of its own, that knows only what lies around it.
-        let sheet = chart.picture(part).pixels(part);
+        let sheet = chart.picture(part, &Clock::default()).unwrap().pixels(part, &Clock::default()).unwrap();
         for (line, y) in sheet.chunks_exact(part.width() * 3).zip(part.y0..) {
             let start = ((y - area.y0) as usize * area.width() + (part.x0 - area.x0) as usize) * 3;
             assert!(line == &all[start..start + line.len()], "row {y} of {part:?}");
@@ -108,9 +109,9 @@ fn a_plain_hillshade_is_that_of_gdaldem() {
     let style = RecipeSources::<Style>::parse("plain.toml", PLAIN).unwrap().read_all().unwrap();
     let chart = Chart::new(&preset, Some(3), style, scale).unwrap();
     let area = Area::new(100, 50, 300, 200);
-    let pixels = chart.picture(area).pixels(area);
+    let pixels = chart.picture(area, &Clock::default()).unwrap().pixels(area, &Clock::default()).unwrap();
     let wide = area.padded(1);
-    let heights = chart.heights_m(wide);
+    let heights = chart.heights_m(wide, &Clock::default()).unwrap();
     let height = |x: usize, y: usize| f64::from(heights[y * wide.width() + x]);
     let mut sum = 0.0;
     for (index, pixel) in pixels.chunks_exact(3).enumerate() {
@@ -123,15 +124,21 @@ fn a_plain_hillshade_is_that_of_gdaldem() {
 }
 
 #[test]
-fn every_style_draws_as_it_did() {
+fn every_style_draws_as_it_did_and_as_no_other_does() {
     const HINT: &str = "if the change is meant: TERRANE_ACCEPT=1 cargo test --profile quick --test suite maps";
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/maps");
     let scale = Scale { metres_per_pixel: 15.0, pixels_per_mm: 4.0 };
     let area = Area::new(200, 300, 320, 240);
     let mut list =
         String::from("# style, and the first 16 digits of the BLAKE3 of its picture beside this list: alps, seed 3\n");
+    let world = alps();
+    let mut seen = BTreeSet::new();
     for (name, _) in STYLES {
-        let pixels = chart("alps", name, scale).picture(area).pixels(area);
+        let chart = Chart::of_world(&world, Style::load(name).unwrap(), scale, &Clock::default()).unwrap();
+        let pixels = chart.picture(area, &Clock::default()).unwrap().pixels(area, &Clock::default()).unwrap();
+        assert_eq!(pixels.len(), area.len() * 3);
+        let shades: BTreeSet<&[u8]> = pixels.chunks_exact(3).collect();
+        assert!(shades.len() > 60, "{name} has {} colours", shades.len());
         writeln!(list, "{name} {}", &blake3::hash(&pixels).to_hex()[..16]).unwrap();
         if std::env::var_os("TERRANE_ACCEPT").is_some() {
             fs::create_dir_all(&folder).unwrap();
@@ -139,6 +146,7 @@ fn every_style_draws_as_it_did() {
             let encoder = image_webp::WebPEncoder::new(&mut file);
             encoder.encode(&pixels, area.width() as u32, area.height() as u32, image_webp::ColorType::Rgb8).unwrap();
         }
+        assert!(seen.insert(pixels), "{name} looks as another one does");
     }
     if std::env::var_os("TERRANE_ACCEPT").is_some() {
         fs::write(folder.join("hashes.txt"), &list).unwrap();
@@ -150,13 +158,13 @@ fn every_style_draws_as_it_did() {
 fn something_is_found_by_its_name_or_else_what_is_called_nearly_so() {
     let preset = Preset::parse("settled.toml", include_str!("../settled.toml")).unwrap();
     let world = World::new(preset.clone(), None).unwrap();
-    let site = &world.sites(&Area::new(-500, -500, 1000, 1000))[0];
-    let found = find::named(preset.clone(), None, &site.name.to_uppercase(), [0.0; 2]).unwrap();
+    let site = &world.sites(&Area::new(-500, -500, 1000, 1000), &Clock::default()).unwrap()[0];
+    let found = find::named(preset.clone(), None, &site.name.to_uppercase(), [0.0; 2], &Clock::default()).unwrap();
     assert_eq!(found.name.as_ref(), Some(&site.name));
     let off = [0, 1].map(|axis| (found.at_km[axis].abs() - (site.at[axis] as f64 * 0.02).abs()).abs());
     // Another one of the same name may be nearer to the origin.
     assert!(off == [0.0, 0.0] || found.distance_km < 20.0, "{found:?}");
-    let error = find::named(preset, None, &format!("{}xx", site.name), [0.0; 2]).unwrap_err();
+    let error = find::named(preset, None, &format!("{}xx", site.name), [0.0; 2], &Clock::default()).unwrap_err();
     let hint = error.hint().unwrap_or_default();
     assert!(hint.contains(&site.name) && hint.contains("X,Y,KM"), "{error}: {hint}");
 }
@@ -171,26 +179,17 @@ fn rivers_and_roads_of_agents_are_drawn() {
     };
     let picture = |text: &str| {
         let (_, preset) = Preset::load("thesis").unwrap();
-        Chart::new(&preset, Some(3), style(text), scale).unwrap().picture(area).pixels(area)
+        Chart::new(&preset, Some(3), style(text), scale)
+            .unwrap()
+            .picture(area, &Clock::default())
+            .unwrap()
+            .pixels(area, &Clock::default())
+            .unwrap()
     };
     let bare = picture("");
     for lines in ["[roads]\ndraw = true", "[water]\ndraw = true"] {
         let changed = picture(lines).chunks_exact(3).zip(bare.chunks_exact(3)).filter(|(a, b)| a != b).count();
         assert!(changed > 200, "{lines}: {changed} pixels");
-    }
-}
-
-#[test]
-fn all_styles_draw_and_differ() {
-    let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 1.0 };
-    let area = Area::new(0, 0, 300, 200);
-    let mut seen = BTreeSet::new();
-    for (name, _) in STYLES {
-        let pixels = chart("alps", name, scale).picture(area).pixels(area);
-        assert_eq!(pixels.len(), area.len() * 3);
-        let shades: BTreeSet<&[u8]> = pixels.chunks_exact(3).collect();
-        assert!(shades.len() > 60, "{name} has {} colours", shades.len());
-        assert!(seen.insert(pixels), "{name} looks as another one does");
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use terrane::area::{Area, Region, TileId};
+use terrane::clock::Clock;
 use terrane::export::{Export, Manifest, Mode, Output, Plan};
 use terrane::land::WaterKind;
 use terrane::lines::{Line, LineKind, StructureKind};
@@ -144,7 +145,7 @@ fn masks_are_within_their_ranges_and_show_the_land() {
 
 /// The rivers of a world of which a part lies in the tile.
 fn rivers(world: &World, tile: &Tile) -> Vec<Arc<Line>> {
-    world.lines_through(LineKind::River, &tile.area())
+    world.lines_through(LineKind::River, &tile.area(), &Clock::default()).unwrap()
 }
 
 #[test]
@@ -398,7 +399,7 @@ fn splines_stay_near_their_lines_and_in_the_region() {
         };
         for (table, kind) in [("roads", LineKind::Road), ("rivers", LineKind::River)] {
             let found = splines(world, &region, &out, table);
-            let lines = world.lines_through(kind, &area);
+            let lines = world.lines_through(kind, &area, &Clock::default()).unwrap();
             let (mut knots, mut points, mut whole) = (0, 0, 0);
             for ((id, _), spline) in &found {
                 let line = lines.iter().find(|line| line.id.to_string() == *id).expect("it is one of the world's");
@@ -413,7 +414,8 @@ fn splines_stay_near_their_lines_and_in_the_region() {
                     .collect();
                 assert!(spline.knots.iter().all(|knot| is_inside(*knot, 1e-3)), "{name}: {id}");
                 assert!(spline.along_m.is_sorted_by(|a, b| a <= b) && spline.widths_m.iter().all(|width| *width > 0.0));
-                // The curve is near the line, and the line in the part near the curve. Half a millimetre is for the digits.
+                // The curve is near the line, and the line in the part near the curve. Half a millimetre is for the
+                // digits.
                 let nearest = |place: Place, line: &[Place]| {
                     line.windows(2).map(|pair| distance(place, [pair[0], pair[1]])).fold(f64::INFINITY, f64::min)
                 };
@@ -447,7 +449,8 @@ fn splines_stay_near_their_lines_and_in_the_region() {
             }
             assert!(!found.is_empty() && whole > 0, "{name}: {whole} whole {table} of {}", found.len());
             println!("{name}: {} parts of {table}, of whole ones {knots} knots for {points} points", found.len());
-            // Lines with a point a vertex can do with far fewer; of others each bend is a corner that a curve must be held to.
+            // Lines with a point a vertex can do with far fewer; of others each bend is a corner that a curve must be
+            // held to.
             assert!(knots < 2 * points, "{name}: {knots} knots for {points} points of {table}");
         }
         check_json(world, &region, &out);

@@ -1,5 +1,5 @@
-//! Meshes, read back with the crates gltf and tobj: land within its bound, tiles that share their borders exactly, waters and
-//! roads where they are; and what is refused.
+//! Meshes, read back with the crates gltf and tobj: land within its bound, tiles that share their borders exactly,
+//! waters and roads where they are; and what is refused.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,6 +12,7 @@ use gltf::buffer::Source;
 use gltf::mesh::Mode as Primitives;
 use tempfile::TempDir;
 use terrane::area::{Area, Region, TileId};
+use terrane::clock::Clock;
 use terrane::export::{Export, Manifest, MeshOptions, Mode, Output, Plan, TileNames};
 use terrane::mesh::Waterlines;
 use terrane::preset::Preset;
@@ -132,7 +133,8 @@ fn bits(place: [f32; 3]) -> [u32; 3] {
     place.map(f32::to_bits)
 }
 
-/// How often each edge of triangles between exact places is used: no more than twice, and once only on the region's border.
+/// How often each edge of triangles between exact places is used: no more than twice, and once only on the region's
+/// border.
 fn assert_welded(parts: &[&Part], what: &str) {
     let mut edges = BTreeMap::new();
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
@@ -192,7 +194,8 @@ fn no_vertex_of_the_raster_is_further_from_a_mesh_than_the_manifest_says() {
             let tile = land_of.entry((id.x, id.y)).or_insert_with(|| Tile::new(&world, id));
             let Area { x0, y0, x1, y1 } = tile.area();
             // Below rivers the ground lies below the water, which the raster is too coarse to show.
-            let waters = Waterlines::new(&world, tile, f64::from(mesh.lod).exp2() / 32.0, 1);
+            let waters =
+                Waterlines::new(&world, tile, f64::from(mesh.lod).exp2() / 32.0, 1, &Clock::default()).unwrap();
             let is_covered = |at| waters.as_ref().is_some_and(|waters| waters.covers(at));
             let mut seen = BTreeSet::new();
             for triangle in &land.triangles {
@@ -260,7 +263,8 @@ fn vertices_carry_the_rasters_normals_and_weights() {
             relative = pixels.as_chunks::<3>().0.to_vec();
         }
     }
-    // Some of the raster's normals are others than the mesh's, but none at its vertices, by more than what rounding does.
+    // Some of the raster's normals are others than the mesh's, but none at its vertices, by more than what rounding
+    // does.
     let is_same = |texel: [u8; 3]| texel.iter().zip([128, 128, 255]).all(|(axis, same)| axis.abs_diff(same) <= 1);
     assert!(!relative.iter().all(|texel| is_same(*texel)));
     let node = document.nodes().find(|node| node.name() == Some("land_x0_y100000000")).unwrap();

@@ -3,6 +3,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use terrane::area::{Area, TileId};
+use terrane::clock::Clock;
 use terrane::fluvial::survey::{Sampling, Survey};
 use terrane::geometry::LineSegment;
 use terrane::land::WaterKind;
@@ -11,7 +12,7 @@ use terrane::preset::Preset;
 use terrane::tile::Tile;
 use terrane::world::World;
 
-use crate::IS_LONG;
+use crate::is_long;
 use crate::worlds::lighten;
 
 /// A world whose valleys, lakes and hills are a few kilometres apart, and its settlements as well.
@@ -44,7 +45,7 @@ fn wide() -> Area {
 
 /// All roads that concern an area.
 fn roads_of(world: &World, area: &Area) -> Lines {
-    world.lines(area).into_iter().filter(|line| line.kind == LineKind::Road).collect()
+    world.lines(area, &Clock::default()).unwrap().into_iter().filter(|line| line.kind == LineKind::Road).collect()
 }
 
 /// A world and its roads in a wide area, made once for the tests that look at them.
@@ -58,27 +59,27 @@ fn settled() -> &'static (World, Lines) {
     })
 }
 
-/// A world for those who ask again: it remembers other things, or in `tests/long` nothing.
+/// A world for those who ask again: it remembers other things, or in the long form nothing.
 fn again() -> &'static World {
     static AGAIN: LazyLock<World> = LazyLock::new(world);
-    if IS_LONG { Box::leak(Box::new(world())) } else { &AGAIN }
+    if is_long() { Box::leak(Box::new(world())) } else { &AGAIN }
 }
 
 /// A tile far out.
 const FAR: TileId = TileId { x: 100_000_000, y: -100_000_000 };
 
-/// Tiles that a road with a crossing runs through; in `tests/long` one far out as well.
+/// Tiles that a road with a crossing runs through; in the long form one far out as well.
 fn places_to_look() -> Vec<TileId> {
-    const COUNT: usize = if IS_LONG { 8 } else { 4 };
+    let count = if is_long() { 8 } else { 4 };
     let (_, roads) = settled();
     let tile = |at: [i64; 2]| {
         let [x, y] = at.map(|at| at.div_euclid(64 * FIXED));
         TileId { x, y }
     };
     let crossed = roads.iter().flat_map(|road| road.structures.iter().map(|structure| tile(structure.middle(road))));
-    let tiles: Vec<TileId> = crossed.take(COUNT).collect();
-    assert_eq!(tiles.len(), COUNT);
-    tiles.into_iter().chain(IS_LONG.then_some(FAR)).collect()
+    let tiles: Vec<TileId> = crossed.take(count).collect();
+    assert_eq!(tiles.len(), count);
+    tiles.into_iter().chain(is_long().then_some(FAR)).collect()
 }
 
 fn bits(tile: &Tile, x: i64, y: i64) -> (u32, u32, u32) {
@@ -140,15 +141,15 @@ fn far_out_there_are_roads_too() {
 #[test]
 fn sites_are_the_same_whatever_is_asked() {
     let (settled, other) = (&settled().0, again());
-    let all = settled.sites(&wide());
+    let all = settled.sites(&wide(), &Clock::default()).unwrap();
     assert!(all.len() > 10, "{} settlements", all.len());
     for part in [Area::new(-300, -500, 500, 400), Area::new(200, -100, 137, 600), Area::new(0, 0, 1, 1)] {
         let inside = |at: [i64; 2]| part.contains(&Area::new(at[0], at[1], 1, 1));
         let expected: Vec<_> = all.iter().filter(|site| inside(site.at)).cloned().collect();
-        assert_eq!(other.sites(&part), expected);
+        assert_eq!(other.sites(&part, &Clock::default()).unwrap(), expected);
     }
     for site in &all {
-        let land = settled.relief().land(Area::new(site.at[0], site.at[1], 1, 1), &terrane::clock::Clock::default());
+        let land = settled.relief().land(Area::new(site.at[0], site.at[1], 1, 1), &Clock::default()).unwrap();
         assert_eq!(land.water.unwrap().kind.values()[0], WaterKind::Dry, "{} is dry", site.name);
         assert!((land.heights.values()[0] - site.height_m).abs() < 0.01, "{} stands on the land", site.name);
     }
@@ -157,15 +158,13 @@ fn sites_are_the_same_whatever_is_asked() {
 #[test]
 fn roads_join_settlements_and_keep_to_their_grade() {
     let (world, roads) = settled();
-    let places = world.places().unwrap();
-    let land = world.relief().fluvial().unwrap();
     let settings = world.preset().places.as_ref().unwrap();
     for road in roads {
         let (LineId::Road { from, to, .. }, Some(class)) = (road.id, road.class) else { panic!("{}", road.id) };
         let most = settings.max_grade[class as usize];
         assert!(road.max_grade() <= most, "{} climbs by {}", road.id, road.max_grade());
         for (id, end) in [(from, road.points.first()), (to, road.points.last())] {
-            let site = places.site(land, id).expect("a road leads to a settlement");
+            let site = world.site(id, &Clock::default()).unwrap().expect("a road leads to a settlement");
             let end = road.fixed(end.unwrap());
             // Or on a road that has cut it; where that may be outside of the area nothing is known.
             let [x, y] = end.map(|at| at.div_euclid(FIXED));
@@ -257,7 +256,7 @@ fn sparse_land_is_that_of_the_vertices() {
     let world = &World::new(preset, Some(1)).unwrap();
     let land = world.relief().fluvial().unwrap();
     let area = Area::new(-64, 128, 256, 192);
-    let full = world.relief().land(area, &terrane::clock::Clock::default());
+    let full = world.relief().land(area, &Clock::default()).unwrap();
     let kinds = full.water.unwrap().kind;
     for step in [1, 2, 4, 8] {
         let (cols, rows) = (area.width() / step as usize, area.height() / step as usize);

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use terrane::area::{Area, TileId};
+use terrane::clock::Clock;
 use terrane::preset::{BUILT_IN, Preset, Sources, summary};
 use terrane::tile::Tile;
 use terrane::world::World;
@@ -269,7 +270,7 @@ fn the_schema_has_the_bounds_that_are_checked() {
 /// The settlements within ten kilometres of the origin: their names and places.
 fn towns(preset: Preset, seed: u64) -> BTreeSet<(String, [i64; 2])> {
     let world = World::new(Preset { tile_cells: 64, ..preset }, Some(seed)).unwrap();
-    let sites = world.sites(&Area::new(-1000, -1000, 2000, 2000));
+    let sites = world.sites(&Area::new(-1000, -1000, 2000, 2000), &Clock::default()).unwrap();
     assert!(sites.len() > 5, "{} settlements", sites.len());
     sites.iter().map(|site| (site.name.clone(), site.at)).collect()
 }

@@ -1,6 +1,6 @@
 //! Fluvial land of the built-in presets: the same whatever is asked for, drained, and bent without a fold.
 //!
-//! The suite looks at some presets, `tests/long` at the others, with the same code.
+//! The suite looks at some presets, in its long form at the others.
 
 use terrane::area::Area;
 use terrane::clock::Clock;
@@ -12,7 +12,7 @@ use terrane::world::World;
 use crate::worlds::{fluvial, fluvial_names, is_tried, lighten, shared};
 
 fn land(world: &World, area: Area) -> Land {
-    fluvial(world).land(area, &Clock::default())
+    fluvial(world).land(area, &Clock::default()).unwrap()
 }
 
 fn names() -> impl Iterator<Item = &'static str> {

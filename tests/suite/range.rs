@@ -11,7 +11,7 @@ use terrane::recipe::mask::Mask;
 use terrane::relief::settings::{LandMask, NoiseKind, NoiseTerm, WarpSettings};
 use terrane::world::World;
 
-use crate::IS_LONG;
+use crate::is_long;
 
 fn mask() -> impl Strategy<Value = Mask> {
     (20.0..5000.0, 1..5u32, -1.0..1.0, 0.01..2.0f64, any::<bool>()).prop_map(
@@ -127,7 +127,7 @@ fn fluvial() -> impl Strategy<Value = Preset> {
 
 proptest! {
     // A fluvial world takes a second to plan.
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(if IS_LONG { 24 } else { 6 }) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(if is_long() { 24 } else { 6 }) })]
 
     #[test]
     fn no_fluvial_height_leaves_the_range(preset in fluvial(), seed: u64, x in -(1i64 << 40)..1 << 40) {

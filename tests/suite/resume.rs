@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::Path;
 use std::process::Stdio;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::desk::{Desk, Running, files_in};
 
@@ -58,28 +59,49 @@ fn tiles_of_last_run(desk: &Desk, folder: &str) -> [u64; 2] {
     ["tiles_made", "tiles_known"].map(|key| last[key].as_u64().unwrap())
 }
 
-/// Starts a command and kills it after a share of the time that it would take.
-fn cut_off(desk: &Desk, arguments: &[&str], share: f64, whole: Duration, signal: &str) {
+/// Bytes that bakes have put aside in a folder until now.
+fn put_aside(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let bytes = |entry: fs::DirEntry| {
+        if entry.path().is_dir() { put_aside(&entry.path()) } else { entry.metadata().map_or(0, |file| file.len()) }
+    };
+    entries.map(bytes).sum()
+}
+
+/// Runs a bake, and returns the most bytes that it has put aside.
+fn most_put_aside(desk: &Desk, arguments: &[&str], folder: &str) -> u64 {
+    let mut running = Running(desk.command(arguments).spawn().unwrap());
+    let mut most = 0;
+    while running.0.try_wait().unwrap().is_none() {
+        most = most.max(put_aside(&desk.path(folder).join(WORK)));
+        thread::sleep(Duration::from_millis(1));
+    }
+    assert_eq!(running.exit_code(), Some(0));
+    most
+}
+
+/// Starts a bake and kills it when it has put aside a share of the bytes that are still missing of `whole`, unless it
+/// has ended before.
+fn cut_off(desk: &Desk, arguments: &[&str], folder: &str, share: f64, whole: u64, signal: &str) {
+    let work = desk.path(folder).join(WORK);
+    let before = put_aside(&work);
+    let until = before + (share * whole.saturating_sub(before) as f64) as u64;
     let child = desk.command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let mut running = Running(child);
-    thread::sleep(whole.mul_f64(share));
+    while put_aside(&work) < until && running.0.try_wait().unwrap().is_none() {
+        thread::sleep(Duration::from_millis(1));
+    }
     running.signal(signal);
     running.exit_code();
 }
 
-fn timed(desk: &Desk, arguments: &[&str]) -> Duration {
-    let start = Instant::now();
-    desk.done(arguments);
-    start.elapsed()
-}
-
 fn kills(times: u32) {
     let desk = Desk::new();
-    let whole = timed(&desk, &bake("undisturbed", &[]));
+    let whole = most_put_aside(&desk, &bake("undisturbed", &[]), "undisturbed");
     let wanted = files(&desk, "undisturbed");
     desk.done(&bake("other", &["--seed", "5"]));
     let other = files(&desk, "other");
-    // The golden ratio spreads any number of moments over the span, and a little beyond.
+    // The golden ratio spreads any number of moments over the bake, and a little beyond.
     let mut moments = (1..).map(|number: u32| f64::from(number) * 0.618_033_988_749_895 % 1.0 * 1.1);
     let mut known = 0;
     for time in 0..times {
@@ -93,7 +115,7 @@ fn kills(times: u32) {
                 desk.write(&format!("o/{name}"), bytes);
             }
         }
-        cut_off(&desk, &bake("o", if over { &["--overwrite"] } else { &[] }), share(), whole, "KILL");
+        cut_off(&desk, &bake("o", if over { &["--overwrite"] } else { &[] }), "o", share(), whole, "KILL");
         if over
             && desk.path("o").join(WORK).join("plan.json").exists()
             && !desk.path("o").join(WORK).join("old.json").exists()
@@ -103,7 +125,7 @@ fn kills(times: u32) {
         }
         let resume = bake("o", &["--resume"]);
         if time % 3 == 0 && !over {
-            cut_off(&desk, &resume, share(), whole, "KILL");
+            cut_off(&desk, &resume, "o", share(), whole, "KILL");
         }
         let outcome = desk.run(&resume);
         if outcome.code == Some(2) {
@@ -151,10 +173,10 @@ fn what_a_bake_has_left_that_was_killed_as_it_looked_is_removed() {
 #[test]
 fn a_bake_that_is_stopped_says_how_it_goes_on_whatever_the_threads() {
     let desk = Desk::new();
-    let whole = timed(&desk, &bake("undisturbed", &["--threads", "1"]));
+    let whole = most_put_aside(&desk, &bake("undisturbed", &["--threads", "1"]), "undisturbed");
     let wanted = files(&desk, "undisturbed");
     for threads in ["1", "2", "3", "8"] {
-        cut_off(&desk, &bake(threads, &["--threads", threads]), 0.5, whole, "INT");
+        cut_off(&desk, &bake(threads, &["--threads", threads]), threads, 0.5, whole, "INT");
         if !desk.path(threads).join(WORK).exists() {
             continue;
         }
@@ -214,12 +236,12 @@ fn each_command_says_how_it_goes_on() {
 #[test]
 fn what_a_bake_knows_is_trusted_by_its_hash_alone() {
     let desk = Desk::new();
-    let whole = timed(&desk, &bake("undisturbed", &[]));
+    let whole = most_put_aside(&desk, &bake("undisturbed", &[]), "undisturbed");
     let wanted = files(&desk, "undisturbed");
     let mut tried = 0;
     for round in 0..12 {
         let folder = format!("o{round}");
-        cut_off(&desk, &bake(&folder, &[]), 0.3 + 0.05 * f64::from(round), whole, "KILL");
+        cut_off(&desk, &bake(&folder, &[]), &folder, 0.3 + 0.05 * f64::from(round), whole, "KILL");
         let work = desk.path(&folder).join(WORK);
         if !work.exists() {
             continue;

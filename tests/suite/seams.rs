@@ -13,7 +13,7 @@ use terrane::watch::Watch;
 use terrane::world::World;
 
 use crate::worlds::{is_tried, lighten};
-use crate::{IS_LONG, bakes};
+use crate::{bakes, is_long};
 
 /// A world with all that a preset can have, where the built-in ones have only what suits them.
 const EVERYTHING: &str = r#"
@@ -42,7 +42,7 @@ fn worlds() -> impl Iterator<Item = (&'static str, &'static World)> {
     };
     let tried = BUILT_IN.iter().filter(|(name, _)| is_tried(name)).chain(&[("everything", EVERYTHING)]);
     let worlds = WORLDS.get_or_init(|| tried.map(world).collect());
-    let settled = (!IS_LONG).then(|| ("settled", bakes::settled()));
+    let settled = (!is_long()).then(|| ("settled", bakes::settled()));
     worlds.iter().map(|(name, world)| (*name, world)).chain(settled)
 }
 
@@ -156,7 +156,8 @@ fn overlapping_bakes_agree_byte_for_byte() {
     let folder = tempfile::tempdir().unwrap();
     for (name, world) in worlds() {
         let (one, other) = (folder.path().join(format!("{name}-1")), folder.path().join(format!("{name}-2")));
-        // The second is another window, another shape and another number of threads, so tiles are made in another order.
+        // The second is another window, another shape and another number of threads, so tiles are made in another
+        // order.
         let first = tile_files(&bake(world, (-2, -1), (4, 3), 1, &one), &one);
         let second = tile_files(&bake(world, (-1, 0), (2, 5), 3, &other), &other);
         let mut shared = 0;

@@ -456,7 +456,7 @@ fn the_commands_of_a_job_are_a_bake_in_any_order() {
 fn a_job_for_slurm_is_a_bake() {
     let desk = desk();
     desk.write("job", job(&desk, "slurm"));
-    // Does what Slurm would, at once: each job of an array, with its number. `tests/slurm.sh` has the true one.
+    // Does what Slurm would, at once: each job of an array, with its number.
     let sbatch = "#!/bin/bash
 set -e
 script=$(mktemp)
@@ -481,7 +481,7 @@ echo 7
 fn a_job_for_kubernetes_is_a_bake() {
     let desk = desk();
     let text = job(&desk, "kubernetes");
-    // `tests/kubernetes.py` holds it against the schema; here are the commands, as a pod runs them.
+    // The commands, as a pod runs them.
     let commands: Vec<[String; 3]> = text
         .lines()
         .filter_map(|line| line.trim().strip_prefix("command: "))
@@ -524,7 +524,7 @@ fn shards_are_as_many_as_the_time_of_each_asks_for() {
     assert!(few["seconds"].as_f64().unwrap() <= 3600.0, "{few}");
     for (options, words) in [
         (&["noise.toml", "--add"][..], &["--add"][..]),
-        (&["-"], &["takes no -"]),
+        (&["-"], &["standard input"]),
         (&["noise.toml", "--size", "2x2", "--shards", "5"], &["5 shards", "4 tiles"]),
         (&["noise.toml", "--shards", "5", "--minutes", "5"], &["--shards", "--minutes"]),
     ] {

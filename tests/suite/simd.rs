@@ -79,8 +79,9 @@ fn every_backend_bakes_the_same_bytes() {
     }
 }
 
-/// Whether a GPU bakes a preset at a scale too: land of noise with agents, and without from afar. Few, since a program that does as if it
-/// were a GPU compiles its kernels for seconds each time; `.ci/run` bakes every preset of noise by one.
+/// True if a GPU bakes a preset at a scale too: land of noise with agents, and without from afar. Few, since a program
+/// that does as if it were a GPU compiles its kernels for seconds each time. The engine's own tests make land of all
+/// presets of noise by one.
 fn is_tried_on_gpu(preset: &str, scale: &str) -> bool {
     [("thesis", "1"), ("mountains", "1/16")].contains(&(preset, scale))
 }

@@ -8,8 +8,8 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::IS_LONG;
 use crate::desk::Running;
+use crate::is_long;
 
 /// Commands that do different things for many seconds, and the seconds within which they are stopped here.
 const COMMANDS: &[(&[&str], f64)] = &[
@@ -25,9 +25,6 @@ const COMMANDS: &[(&[&str], f64)] = &[
     (&["walk", "thesis", "--tile-cells", "64", "--minutes", "4", "--layers", "2", "--out", "o"], 6.0),
     (&["experiment", "--sizes", "64,512", "--minutes", "2", "--out", "o"], 8.0),
 ];
-
-/// How often each is stopped.
-const MOMENTS: u32 = if IS_LONG { 3 } else { 2 };
 
 /// By then the command hears of signals, however busy the machine is.
 const STARTED_S: f64 = 0.5;
@@ -61,14 +58,15 @@ fn is_whole(path: &Path) -> bool {
 
 #[test]
 fn commands_stop_soon_wherever_they_are_and_leave_nothing_half_written() {
+    let moments = if is_long() { 3 } else { 2 };
     for (arguments, span_s) in COMMANDS {
         let mut stopped = Vec::new();
-        for moment in 0..MOMENTS {
+        for moment in 0..moments {
             let folder = tempfile::tempdir().unwrap();
             let mut running = start(arguments, folder.path());
             // The golden ratio spreads any number of moments over the span.
             let share = f64::from(moment + 1) * 0.618_033_988_749_895 % 1.0;
-            let at_s = STARTED_S + share * if IS_LONG { *span_s } else { span_s.min(3.0) };
+            let at_s = STARTED_S + share * if is_long() { *span_s } else { span_s.min(3.0) };
             thread::sleep(Duration::from_secs_f64(at_s));
             if running.0.try_wait().unwrap().is_some() {
                 continue;

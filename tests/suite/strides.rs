@@ -1,4 +1,5 @@
-//! Land from afar: the same world at the nodes of a stride, whatever is asked for, and the same from one stride to the next.
+//! Land from afar: the same world at the nodes of a stride, whatever is asked for, and the same from one stride to the
+//! next.
 
 use terrane::area::{Area, Stride, TileId};
 use terrane::clock::Clock;
@@ -46,7 +47,8 @@ fn land_is_the_same_whatever_the_same_world_at_other_nodes_has_found() {
     for (name, strides) in [("archipelago", [2, 64, 2048]), ("badlands", [4, 128, 2048]), ("thesis", [2, 8, 64])] {
         let near = world(name, 1);
         let area = Area::new(-20, 12, 40, 24);
-        let rivers = |world: &World| world.relief().fluvial().map(|fluvial| fluvial.rivers(&area));
+        let rivers =
+            |world: &World| world.relief().fluvial().map(|fluvial| fluvial.rivers(&area, &Clock::default()).unwrap());
         // What is found first is found by another one.
         let mut found = vec![(heights(&near, area), rivers(&near))];
         for vertices in strides {
@@ -65,8 +67,8 @@ fn land_is_the_same_whatever_the_same_world_at_other_nodes_has_found() {
 fn a_sketch_is_about_the_land_that_it_is_of_and_leaves_that_as_it_is() {
     for (name, vertices) in [("alps", 32), ("archipelago", 256), ("badlands", 128), ("thesis", 16)] {
         let (world, stride, area) = (world(name, 1), Stride::new(vertices).unwrap(), Area::new(-30, 20, 64, 64));
-        let sketch = world.sketch_at_stride(stride).relief().land(area, &Clock::default());
-        let whole = world.at_stride(stride).relief().land(area, &Clock::default());
+        let sketch = world.sketch_at_stride(stride).relief().land(area, &Clock::default()).unwrap();
+        let whole = world.at_stride(stride).relief().land(area, &Clock::default()).unwrap();
         let alone = World::strided(world.preset().clone(), Some(4), stride).unwrap();
         assert!(whole.heights == heights(&alone, area), "{name}");
         // Noise has nothing that could be left out.
@@ -98,9 +100,9 @@ fn a_node_is_the_same_in_every_window() {
         for vertices in strides {
             let world = world(name, *vertices);
             let area = Area::new(-40, 24, 72, 48);
-            let whole = world.relief().land(area, &Clock::default());
+            let whole = world.relief().land(area, &Clock::default()).unwrap();
             for part in area.halves() {
-                let land = world.relief().land(part, &Clock::default());
+                let land = world.relief().land(part, &Clock::default()).unwrap();
                 assert_eq!(land.heights, whole.heights.part(part), "{name} at {vertices}");
                 if let (Some(water), Some(all)) = (&land.water, &whole.water) {
                     assert_eq!(water.kind, all.kind.part(part), "{name} at {vertices}");
@@ -116,8 +118,8 @@ fn a_node_is_the_same_in_every_window() {
 
 #[test]
 fn neighbouring_strides_show_the_same_land() {
-    // Of what a stride of 64 shows of its relief, how far two may be apart in the mean, and to one side; the last ones are those
-    // whose nodes are further apart than the trunks.
+    // Of what a stride of 64 shows of its relief, how far two may be apart in the mean, and to one side; the last ones
+    // are those whose nodes are further apart than the trunks.
     for (name, powers, most, bias) in [
         ("alps", 0..7, 0.05, 0.015),
         ("fjords", 0..7, 0.05, 0.015),
@@ -148,7 +150,7 @@ fn coasts_stay_where_they_are() {
     for name in ["archipelago", "fjords"] {
         let area = Area::new(-64, -64, 128, 128);
         let kinds = |vertices: u64, area: Area| {
-            let land = world(name, vertices).relief().land(area, &Clock::default());
+            let land = world(name, vertices).relief().land(area, &Clock::default()).unwrap();
             land.water.unwrap().kind
         };
         let sea = |kinds: &Grid<WaterKind>| kinds.values().iter().filter(|kind| **kind == WaterKind::Sea).count();
@@ -168,7 +170,8 @@ fn coasts_stay_where_they_are() {
 #[test]
 fn beyond_the_trunks_a_node_is_the_mean_of_what_shows_them() {
     // Of 512 vertices a trunk's cell is wide, and 128 show it.
-    let land = |vertices: u64, area: Area| world("archipelago", vertices).relief().land(area, &Clock::default());
+    let land =
+        |vertices: u64, area: Area| world("archipelago", vertices).relief().land(area, &Clock::default()).unwrap();
     let shown = land(128, finer(Area::new(0, 0, 24, 24), 8));
     let is_sea = |land: &Land, x, y| land.water.as_ref().unwrap().kind.at(x, y) == WaterKind::Sea;
     for by in [8, 16] {

@@ -1,8 +1,9 @@
 //! What files of a region hold does not depend on the size of the tiles that it is baked in.
 //!
-//! What does, and why, is not tried here: `bake.json`, `registry.sqlite`, `runs.jsonl`, `hashes.txt` and the layer `tiles` are about tiles;
-//! files of tiles and of collision are those of tiles; meshes are simplified tile by tile, so that a tile has the same bytes in every
-//! region; agents plan from tile to tile. Contours are joined row by row of tiles, so they are there in another order.
+//! What does, and why, is not tried here: `bake.json`, `registry.sqlite`, `runs.jsonl`, `hashes.txt` and the layer
+//! `tiles` are about tiles; files of tiles and of collision are those of tiles; meshes are simplified tile by tile, so
+//! that a tile has the same bytes in every region; agents plan from tile to tile. Contours are joined row by row of
+//! tiles, so they are there in another order.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -21,8 +22,8 @@ const EXPORTS: &str = "height,exr,r16,blend,normal,map,colour,water,depth,flow,s
      wetness,scatter,geotiff,blend-geotiff,normal-geotiff,map-geotiff,colour-geotiff,water-geotiff,depth-geotiff,\
      flow-geotiff,slope-geotiff,aspect-geotiff,steepness-geotiff,splines,geojson,web-png";
 
-/// Cells a side of the region, and of the tiles that it is baked in: numbers of two digits, and of one tiles to a side, so that texts
-/// that tell of them are as long.
+/// Cells a side of the region, and of the tiles that it is baked in: numbers of two digits, and of one tiles to a side,
+/// so that texts that tell of them are as long.
 const CELLS: u32 = 192;
 const SIDES: [u32; 3] = [32, 64, 96];
 

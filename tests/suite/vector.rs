@@ -7,6 +7,7 @@ use std::path::Path;
 use rusqlite::Connection;
 use serde_json::Value;
 use terrane::area::{Area, Region, TileId};
+use terrane::clock::Clock;
 use terrane::lines::{LineId, LineKind};
 use terrane::preset::Preset;
 use terrane::world::World;
@@ -54,7 +55,7 @@ fn each_path_that_touches_the_region_is_there_once_in_both_formats() {
     bake_vectors(&world, region, 2, folder.path(), FILES);
     let area = Area::new(-96, 64, region.width() as usize, region.height() as usize);
     for (name, kind) in LAYERS {
-        let lines = world.lines(&area);
+        let lines = world.lines(&area, &Clock::default()).unwrap();
         let of_kind = lines.iter().filter(|line| line.kind == kind && line.touches(&area));
         let owner = |id| if let LineId::Agent { owner, .. } = id { owner } else { panic!("{id} is no agent's") };
         let expected: BTreeSet<TileId> = of_kind.map(|line| owner(line.id)).collect();

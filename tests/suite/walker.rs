@@ -34,7 +34,7 @@ fn id(x: i64, y: i64) -> TileId {
 /// Moves to the middle of a tile.
 fn go(walker: &mut Walker, x: i64, y: i64) -> Vec<TileId> {
     let middle = |tile: i64| (tile as f64 + 0.5) * SIDE_M;
-    walker.move_to(middle(x), middle(y)).map_or(Vec::new(), |expansion| expansion.entered)
+    walker.move_to(middle(x), middle(y)).unwrap().map_or(Vec::new(), |expansion| expansion.entered)
 }
 
 fn walk(walker: &mut Walker, route: &[(i64, i64)]) {
@@ -76,13 +76,13 @@ fn expansions_make_three_to_five_tiles_and_remove_as_many() {
     assert_eq!(walker.tiles().len(), 9);
     assert_eq!(walker.position_m(), [SIDE_M / 2.0; 2]);
     // Inside the tile nothing happens, up to its very edge.
-    assert_eq!(walker.move_to(0.0, SIDE_M - 0.001), None);
-    let east = walker.move_to(SIDE_M, 1.0).unwrap();
+    assert_eq!(walker.move_to(0.0, SIDE_M - 0.001).unwrap(), None);
+    let east = walker.move_to(SIDE_M, 1.0).unwrap().unwrap();
     assert_eq!(east.entered, [id(2, 0), id(2, -1), id(2, 1)]);
     assert_eq!(east.left, [id(-1, -1), id(-1, 0), id(-1, 1)]);
-    let diagonal = walker.move_to(2.5 * SIDE_M, -1.0).unwrap();
+    let diagonal = walker.move_to(2.5 * SIDE_M, -1.0).unwrap().unwrap();
     assert_eq!((walker.current(), diagonal.entered.len(), diagonal.left.len()), (id(2, -1), 5, 5));
-    assert_eq!(walker.move_to(2.5 * SIDE_M, -2.0), None);
+    assert_eq!(walker.move_to(2.5 * SIDE_M, -2.0).unwrap(), None);
     assert!(walker.tile(id(1, 0)).is_some() && walker.tile(id(0, 0)).is_none());
     assert!(walker.tiles().map(Tile::id).is_sorted());
 }
@@ -125,10 +125,10 @@ fn one_tile_a_step_makes_the_same_heights_in_more_steps() {
     let mut walker = Walker::new(&world, options);
     assert_eq!(walker.tiles().len(), 9);
     for (expected, left) in [(id(1, 2), 5), (id(2, 1), 0), (id(0, 2), 0), (id(2, 0), 0), (id(2, 2), 0)] {
-        let expansion = walker.move_to(1.5 * SIDE_M, 1.5 * SIDE_M).unwrap();
+        let expansion = walker.move_to(1.5 * SIDE_M, 1.5 * SIDE_M).unwrap().unwrap();
         assert_eq!((expansion.entered, expansion.left.len()), (vec![expected], left));
     }
-    assert_eq!(walker.move_to(1.5 * SIDE_M, 1.5 * SIDE_M), None);
+    assert_eq!(walker.move_to(1.5 * SIDE_M, 1.5 * SIDE_M).unwrap(), None);
     let mut other = Walker::new(&world, WalkerOptions { one_tile_a_step: false, ..options });
     go(&mut other, 1, 1);
     assert_eq!(hashes(&walker), hashes(&other));

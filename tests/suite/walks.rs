@@ -1,4 +1,5 @@
-//! Walks as the command bakes them: the same bytes, the tiles of the walker, agents from tile to tile, and what is refused.
+//! Walks as the command bakes them: the same bytes, the tiles of the walker, agents from tile to tile, and what is
+//! refused.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -100,7 +101,7 @@ fn what_is_baked_are_the_tiles_of_a_walker() {
     let mut walker = Walker::new(&world, WalkerOptions::default());
     let mut seen = BTreeSet::new();
     for [east_m, south_m] in Camera::new([side_m / 2.0; 2], 60.0).places_m(0.1) {
-        walker.move_to(east_m, south_m);
+        walker.move_to(east_m, south_m).unwrap();
         for tile in walker.tiles().filter(|tile| seen.insert(tile.id())) {
             assert_eq!(baked[&tile.id()].digest, Some(tile.digest()), "tile {}", tile.id());
         }

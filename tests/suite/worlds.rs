@@ -7,12 +7,12 @@ use terrane::fluvial::Fluvial;
 use terrane::preset::{BUILT_IN, Preset};
 use terrane::world::World;
 
-/// The built-in presets that the suite tries with all that is tried with each; `tests/long` tries the others.
+/// The built-in presets that the suite tries with all that is tried with each; its long form tries the others.
 const QUICK: [&str; 5] = ["alps", "archipelago", "thesis", "mountains", "hills"];
 
 /// Whether these tests try a preset, or leave that to the others.
 pub fn is_tried(name: &str) -> bool {
-    is_quick(name) != crate::IS_LONG
+    is_quick(name) != crate::is_long()
 }
 
 /// Whether the suite tries a preset with all.
@@ -20,15 +20,15 @@ pub fn is_quick(name: &str) -> bool {
     QUICK.contains(&name)
 }
 
-/// Lightens a preset for the suite; `tests/long` has it as it is.
+/// Lightens a preset for the suite, but not for its long form.
 pub fn lighten(preset: &mut Preset) {
-    if !crate::IS_LONG {
+    if !crate::is_long() {
         lighten_always(preset);
     }
 }
 
-/// Has a third of the channels planned: the finest are as near to each other as before, and two levels above them are left
-/// out.
+/// Has a third of the channels planned: the finest are as near to each other as before, and two levels above them are
+/// left out.
 pub fn lighten_always(preset: &mut Preset) {
     if let Some(fluvial) = preset.fluvial.as_mut() {
         fluvial.levels -= 2;
@@ -42,8 +42,8 @@ pub fn fluvial_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().filter(|(name, text)| Preset::parse(name, text).unwrap().fluvial.is_some()).map(|(name, _)| *name)
 }
 
-/// The world of a built-in preset's settings and a seed that all tests of the process share. It has no country: tests name a seed for
-/// what they found in its world, whichever country the preset shows.
+/// The world of a built-in preset's settings and a seed that all tests of the process share. It has no country: tests
+/// name a seed for what they found in its world, whichever country the preset shows.
 pub fn shared(name: &'static str, seed: u64) -> &'static World {
     static WORLDS: Mutex<BTreeMap<(&str, u64), &'static World>> = Mutex::new(BTreeMap::new());
     let preset = || Preset { country: None, ..Preset::load(name).unwrap().1 };

@@ -91,8 +91,8 @@ impl Area {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }
 
-    /// Returns the columns and rows of the squares of `side` x `side` vertices, aligned to the origin, in which the area
-    /// has a part, row by row.
+    /// Returns the columns and rows of the squares of `side` x `side` vertices, aligned to the origin, in which the
+    /// area has a part, row by row.
     pub fn square_numbers(self, side: i64) -> impl Iterator<Item = [i64; 2]> {
         let span = move |from: i64, past: i64| from.div_euclid(side)..=(past - 1).div_euclid(side);
         span(self.y0, self.y1).flat_map(move |row| span(self.x0, self.x1).map(move |column| [column, row]))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::stop;
+use crate::stop::{Stop, Stopped};
 
 /// The stages of a tile, by the names under which reports show them.
 pub mod stage {
@@ -46,23 +46,50 @@ pub mod stage {
     pub const BLEND: &str = "blend";
 }
 
-/// Processor time per named stage, added up over all threads.
+/// Processor time per named stage, added up over all threads, and the [stop](crate::stop) of the work.
 ///
 /// Stages themselves are pure functions; their callers hold the clock.
 #[derive(Debug, Default)]
 pub struct Clock {
     stages: Mutex<BTreeMap<String, Duration>>,
+    stop: Stop,
 }
 
 impl Clock {
-    /// Runs `work`, books its duration under `stage` and returns its result. Unwinds instead when a [stop](stop::check)
-    /// is requested.
-    pub fn time<R>(&self, stage: &str, work: impl FnOnce() -> R) -> R {
-        stop::check();
+    /// Creates the clock of work that a stop ends.
+    pub fn stopped_by(stop: &Stop) -> Clock {
+        Clock { stop: stop.clone(), ..Clock::default() }
+    }
+
+    /// Does work that nobody stops, and returns its result.
+    pub fn unstopped<R>(work: impl FnOnce(&Clock) -> Result<R, Stopped>) -> R {
+        work(&Clock::default()).expect("nobody has the stop of this clock")
+    }
+
+    /// Returns the stop of the work.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
+    }
+
+    /// Looks at the stop of the work.
+    ///
+    /// # Errors
+    /// When the work is to end.
+    #[inline]
+    pub fn check(&self) -> Result<(), Stopped> {
+        self.stop.check()
+    }
+
+    /// Runs `work`, books its duration under `stage` and returns its result.
+    ///
+    /// # Errors
+    /// When the work is to end, before it begins.
+    pub fn time<R>(&self, stage: &str, work: impl FnOnce() -> R) -> Result<R, Stopped> {
+        self.check()?;
         let start = Instant::now();
         let result = work();
         self.book(stage, start.elapsed());
-        result
+        Ok(result)
     }
 
     /// Books a time under a stage.

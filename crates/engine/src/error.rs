@@ -4,6 +4,8 @@ use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::stop::Stopped;
+
 /// The reason why something could not be done. A user's mistake carries a hint at what would work instead.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -93,6 +95,19 @@ pub enum Error {
     Interrupted,
 }
 
+impl From<Stopped> for Error {
+    fn from(_: Stopped) -> Error {
+        Error::Interrupted
+    }
+}
+
+/// Lets a stop pass through what reads and writes; [`Error::io`] makes an interruption of it again.
+impl From<Stopped> for io::Error {
+    fn from(stopped: Stopped) -> io::Error {
+        io::Error::other(stopped)
+    }
+}
+
 impl Error {
     /// Returns a hint at what would work instead, if the error has one.
     pub fn hint(&self) -> Option<&str> {
@@ -121,7 +136,10 @@ impl Error {
 
     /// Wraps an error of the operating system about a path.
     pub fn io(path: impl AsRef<Path>) -> impl FnOnce(io::Error) -> Error {
-        move |source| Error::Io { path: path.as_ref().to_owned(), source }
+        move |source| match source.get_ref() {
+            Some(inner) if inner.is::<Stopped>() => Error::Interrupted,
+            _ => Error::Io { path: path.as_ref().to_owned(), source },
+        }
     }
 }
 

@@ -4,19 +4,22 @@
 //! Use the crate `terrane` instead: it has these modules under its own name, and documents how they work together.
 //! Items that only terrane's own crates need are public here but not there, and may change with any version.
 
+pub mod stop;
 pub mod error;
 pub mod area;
 pub mod grid;
 pub mod hash;
 pub mod geometry;
 pub mod contour;
-pub mod stop;
 pub mod clock;
 pub mod watch;
 pub mod threads;
 pub mod memory;
 pub mod generator;
 pub mod simd;
+#[cfg(feature = "gpu")]
+#[macro_use]
+mod wgsl;
 
 pub mod noise;
 pub mod recipe;

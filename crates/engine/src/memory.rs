@@ -1,13 +1,14 @@
 //! Memories: caches of pure functions. They change how long work takes, and nothing else.
 
 use std::collections::HashMap;
+use std::convert::Infallible;
 use std::fmt::Debug;
 use std::hash::{BuildHasher, BuildHasherDefault, Hash, Hasher};
 use std::mem;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
-use crate::{hash, stop};
+use crate::hash;
 
 /// The heap memory of a value, beside the bytes of the value itself.
 pub trait HeapBytes {
@@ -172,8 +173,8 @@ impl Budget {
     /// Forgets old generations until enough is free, beginning with those last asked for the longest time ago. If this
     /// does not suffice, makes the young generations old and goes on with them.
     fn forget(&self) {
-        // A thread that finds too much waits for the one that forgets already. Otherwise it would take more and more while that one is
-        // kept from running.
+        // A thread that finds too much waits for the one that forgets already. Otherwise it would take more and more
+        // while that one is kept from running.
         let mut members = self.members.lock().unwrap_or_else(PoisonError::into_inner);
         if self.held.load(Ordering::Relaxed) <= self.bytes {
             return;
@@ -272,7 +273,7 @@ impl Hasher for KeyHasher {
 }
 
 /// A value that is being computed or has been computed.
-type LazyValue<V> = Arc<OnceLock<Arc<V>>>;
+type LazyValue<V> = Arc<Mutex<Option<Arc<V>>>>;
 
 /// Two generations. A value that is asked for moves to the young one; when this grows too large, it becomes the old
 /// one, and the old one is forgotten.
@@ -301,7 +302,7 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
     /// Bytes of an entry without the heap memory of its value: its place in a hash table, which is two thirds full on
     /// average, its slot, and its value.
     const ENTRY_BYTES: usize = (size_of::<(K, (LazyValue<V>, usize))>() + 1) * 3 / 2
-        + (COUNTS + size_of::<OnceLock<Arc<V>>>() + BLOCK)
+        + (COUNTS + size_of::<Mutex<Option<Arc<V>>>>() + BLOCK)
         + (COUNTS + size_of::<V>() + BLOCK);
 
     /// Returns a memory of at most so many bytes. It may hold more where a single value is about as large as its whole
@@ -336,27 +337,33 @@ impl<K: Copy + Eq + Hash, V: HeapBytes> Memory<K, V> {
     }
 
     /// Returns the value of `key`, computing it if it is not remembered.
-    ///
-    /// Long work asks for values all the time, so most work is stopped here: while no lock is held. If computing a
-    /// value unwinds, nothing is stored, and the next thread that asks computes it.
     pub fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
-        stop::check();
+        let Ok(value) = self.try_get(key, || Ok::<_, Infallible>(make()));
+        value
+    }
+
+    /// Returns the value of `key`, computing it if it is not remembered.
+    ///
+    /// # Errors
+    /// The error of `make`. Then nothing is stored, and the next thread that asks computes the value.
+    pub fn try_get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         // The tables of the shards use the other bits of the hash.
         let shard = (HashKeys::default().hash_one(key) >> 32) as usize % self.0.shards.len();
         let room = self.0.room.load(Ordering::Relaxed);
         let slot = self.0.look_up(shard, |shard| shard.slot(key, Self::ENTRY_BYTES, room));
-        // The lock is released first, since computing one value may ask for others.
-        let mut held = None;
-        let value = slot.get_or_init(|| {
-            let mut value = make();
-            value.shrink();
-            held = Some(value.heap_bytes());
-            Arc::new(value)
-        });
-        if let Some(bytes) = held {
-            self.0.look_up(shard, |shard| shard.grow(key, &slot, bytes, room));
+        // The lock of the shard is released first, since computing one value may ask for others. A panic while a value
+        // was computed has left nothing.
+        let mut made = slot.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = &*made {
+            return Ok(Arc::clone(value));
         }
-        Arc::clone(value)
+        let mut value = make()?;
+        value.shrink();
+        let bytes = value.heap_bytes();
+        let value = Arc::clone(made.insert(Arc::new(value)));
+        drop(made);
+        self.0.look_up(shard, |shard| shard.grow(key, &slot, bytes, room));
+        Ok(value)
     }
 }
 
@@ -496,8 +503,10 @@ impl<K: Eq + Hash, V> Generation<K, V> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::cell::Cell;
+
+    use super::*;
+    use crate::stop::Stopped;
 
     #[test]
     fn what_is_kept_takes_no_more_than_it_needs() {
@@ -539,6 +548,14 @@ mod tests {
         }
         // Some values of the first round were still there, and all values of the second round.
         assert!((18_900..20_000).contains(&made.get()), "{}", made.get());
+    }
+
+    #[test]
+    fn a_maker_that_fails_leaves_nothing() {
+        let memory: Memory<u64, Vec<u64>> = Memory::new(1 << 10);
+        assert_eq!(memory.try_get(1, || Err(Stopped)), Err(Stopped));
+        assert_eq!(*memory.get(1, || vec![7]), [7]);
+        assert_eq!(memory.try_get(1, || Err(Stopped)).as_deref(), Ok(&vec![7]));
     }
 
     #[test]

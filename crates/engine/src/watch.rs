@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::clock::Clock;
+use crate::stop::Stop;
 
 /// Progress of a bake or a map, and where its time goes. Workers report it from any thread, and a waiting thread reads
 /// it.
@@ -16,6 +17,8 @@ pub struct Watch {
     skipped: AtomicU64,
     /// Processor time by stage.
     pub clock: Clock,
+    /// Durations of the stages that have ended.
+    ended: Clock,
 }
 
 /// The stage under way.
@@ -45,19 +48,45 @@ pub struct Progress {
 const LEAST: Duration = Duration::from_secs(1);
 
 impl Watch {
+    /// Creates the watch of work that a stop ends.
+    pub fn stopped_by(stop: &Stop) -> Watch {
+        Watch { clock: Clock::stopped_by(stop), ..Watch::default() }
+    }
+
     /// Begins a stage with nothing done, of so many things if they are counted.
     pub fn begin(&self, name: &'static str, of: Option<(u64, &'static str)>) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         self.done.store(0, Ordering::Relaxed);
         self.skipped.store(0, Ordering::Relaxed);
-        *stage = Some(CurrentStage { name, of, since: Instant::now(), first: 0 });
+        let old = stage.replace(CurrentStage { name, of, since: Instant::now(), first: 0 });
+        self.end(old);
     }
 
     /// Begins a stage that continues the count of the stage before it, at a rate of its own.
     pub fn go_on(&self, name: &'static str) {
         let mut stage = self.stage.lock().expect("no thread panics while it names a stage");
         let first = self.done.load(Ordering::Relaxed);
-        *stage = Some(CurrentStage { name, of: stage.and_then(|stage| stage.of), since: Instant::now(), first });
+        let of = stage.and_then(|stage| stage.of);
+        let old = stage.replace(CurrentStage { name, of, since: Instant::now(), first });
+        self.end(old);
+    }
+
+    fn end(&self, stage: Option<CurrentStage>) {
+        if let Some(CurrentStage { name, since, .. }) = stage {
+            self.ended.book(name, since.elapsed());
+        }
+    }
+
+    /// Returns where the time has gone, the longest first: processor time where it is known, else the durations of the
+    /// stages, of which the latest ends here.
+    pub fn stages(&self) -> Vec<(String, Duration)> {
+        let known = self.clock.stages();
+        if !known.is_empty() {
+            return known;
+        }
+        let last = self.stage.lock().expect("no thread panics while it names a stage").take();
+        self.end(last);
+        self.ended.stages()
     }
 
     /// Counts so many things as done. Returns how many were done before.
@@ -96,6 +125,8 @@ impl Progress {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -111,6 +142,11 @@ mod tests {
         watch.begin("finishing files", None);
         let files = watch.progress().unwrap();
         assert_eq!((files.done, files.share(), files.seconds_left()), (0, None, None));
+        // Without processor time the stages themselves are told.
+        let told = watch.stages().into_iter().map(|(stage, _)| stage).collect::<BTreeSet<String>>();
+        assert_eq!(told, ["planning roads", "baking tiles", "finishing files"].map(String::from).into());
+        watch.clock.book("relief", Duration::from_secs(1));
+        assert_eq!(watch.stages(), [("relief".to_owned(), Duration::from_secs(1))]);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::agents::order_free::Agents;
 use crate::area::{Area, Stride};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::fluvial::Fluvial;
 use crate::fluvial::grain_point::GRAINS;
@@ -11,6 +12,7 @@ use crate::fluvial::landforms::Landforms;
 use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
+use crate::fluvial::survey::Surveyed;
 use crate::lines::{ChannelId, LakeId, LineKind, Lines, SiteId};
 use crate::memory::{Budget, Remembers, Usage};
 use crate::names::Names;
@@ -18,6 +20,7 @@ use crate::places::Places;
 use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::relief::{NoiseRelief, Relief};
+use crate::stop::Stopped;
 
 /// A world, ready to be baked: each of its tiles is a pure function of the world and of the tile's place.
 #[derive(Debug)]
@@ -210,52 +213,58 @@ impl World {
     pub fn relief(&self) -> &Relief {
         &self.relief
     }
+}
 
+#[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
+impl World {
     /// Returns all rivers and roads that lie on `area` or may affect one of its vertices, each whole, sorted by id.
-    pub fn lines(&self, area: &Area) -> Lines {
-        let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area) };
-        let mut lines = land.rivers(area);
+    pub fn lines(&self, area: &Area, clock: &Clock) -> Result<Lines, Stopped> {
+        let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area, clock) };
+        let mut lines = land.rivers(area, clock)?;
         // Ids of rivers are less than those of roads.
-        lines.extend(self.places.iter().flat_map(|places| places.roads(land, area)));
-        lines
+        if let Some(places) = &self.places {
+            lines.extend(places.roads(Surveyed { survey: land, clock }, area)?);
+        }
+        Ok(lines)
     }
 
     /// Returns all lines of a kind that touch the rectangle spanned by the outer vertices of an area, each whole,
     /// sorted by id.
-    pub fn lines_through(&self, kind: LineKind, area: &Area) -> Lines {
-        let mut lines = match (self.relief.fluvial(), kind) {
-            (Some(land), LineKind::River) => return land.rivers(area),
-            (Some(land), LineKind::Road) => self.places.as_ref().map_or_else(Lines::new, |it| it.roads(land, area)),
-            (None, _) => self.agents.touching(&self.relief, area),
+    pub fn lines_through(&self, kind: LineKind, area: &Area, clock: &Clock) -> Result<Lines, Stopped> {
+        let mut lines = match (self.relief.fluvial(), kind, &self.places) {
+            (Some(land), LineKind::River, _) => return land.rivers(area, clock),
+            (Some(land), LineKind::Road, Some(places)) => places.roads(Surveyed { survey: land, clock }, area)?,
+            (Some(_), LineKind::Road, None) => Lines::new(),
+            (None, ..) => self.agents.touching(&self.relief, area, clock)?,
         };
         lines.retain(|line| line.kind == kind && line.touches(area));
-        lines
+        Ok(lines)
     }
 
     /// Returns all lakes of a fluvial world that touch `area`, each whole, sorted by id.
-    pub fn lakes(&self, area: &Area) -> Vec<Arc<Lake>> {
-        self.wide_lakes(area, 0.0)
+    pub fn lakes(&self, area: &Area, clock: &Clock) -> Result<Vec<Arc<Lake>>, Stopped> {
+        self.wide_lakes(area, 0.0, clock)
     }
 
     /// Returns the same lakes, but only of the levels on which some are at least so wide: `least_half_width_m` is half
     /// the width in metres. Where most lakes are narrow this saves most of the work.
-    pub fn wide_lakes(&self, area: &Area, least_half_width_m: f64) -> Vec<Arc<Lake>> {
-        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area, least_half_width_m))
+    pub fn wide_lakes(&self, area: &Area, least_half_width_m: f64, clock: &Clock) -> Result<Vec<Arc<Lake>>, Stopped> {
+        self.fluvial(|fluvial| self.landforms.lakes(fluvial, area, least_half_width_m, clock))
     }
 
     /// Returns all pieces of coast of a fluvial world that touch `area`, each whole, sorted by id.
-    pub fn coasts(&self, area: &Area) -> Vec<Arc<Coast>> {
-        self.fluvial(|fluvial| self.landforms.coasts(fluvial, area))
+    pub fn coasts(&self, area: &Area, clock: &Clock) -> Result<Vec<Arc<Coast>>, Stopped> {
+        self.fluvial(|fluvial| self.landforms.coasts(fluvial, area, clock))
     }
 
     /// Returns all peaks of a fluvial world on vertices of `area`, sorted by id.
-    pub fn peaks(&self, area: &Area) -> Vec<Peak> {
-        self.fluvial(|fluvial| self.landforms.peaks(fluvial, area))
+    pub fn peaks(&self, area: &Area, clock: &Clock) -> Result<Vec<Peak>, Stopped> {
+        self.fluvial(|fluvial| self.landforms.peaks(fluvial, area, clock))
     }
 
     /// Returns the lake of an id, if there is one.
-    pub fn lake(&self, id: LakeId) -> Option<Arc<Lake>> {
-        self.relief.fluvial().and_then(|fluvial| self.landforms.lake(fluvial, id))
+    pub fn lake(&self, id: LakeId, clock: &Clock) -> Result<Option<Arc<Lake>>, Stopped> {
+        self.fluvial(|fluvial| self.landforms.lake(fluvial, id, clock))
     }
 
     /// Returns the rivers of the course that begins in a channel, from its spring to its end; none if no course begins
@@ -265,40 +274,49 @@ impl World {
     }
 
     /// Returns the peak of a cell, if it has one.
-    pub fn peak(&self, cell: (i64, i64)) -> Option<Peak> {
-        self.relief.fluvial().and_then(|fluvial| self.landforms.peak(fluvial, cell))
+    pub fn peak(&self, cell: (i64, i64), clock: &Clock) -> Result<Option<Peak>, Stopped> {
+        self.fluvial(|fluvial| self.landforms.peak(fluvial, cell, clock))
     }
 
     /// Returns the peak of the high ground around a vertex of a fluvial world, if one is near. It is one of
     /// [all](World::peaks).
-    pub fn peak_above(&self, at: [i64; 2]) -> Option<Peak> {
-        self.relief.fluvial().and_then(|fluvial| self.landforms.peak_above(fluvial, at))
+    pub fn peak_above(&self, at: [i64; 2], clock: &Clock) -> Result<Option<Peak>, Stopped> {
+        self.fluvial(|fluvial| self.landforms.peak_above(fluvial, at, clock))
     }
 
     /// Returns the results of `find` in fluvial land, or nothing in a world of noise.
-    fn fluvial<T>(&self, find: impl FnOnce(&Fluvial) -> Vec<T>) -> Vec<T> {
-        self.relief.fluvial().map_or_else(Vec::new, find)
+    fn fluvial<T: Default>(&self, find: impl FnOnce(&Fluvial) -> Result<T, Stopped>) -> Result<T, Stopped> {
+        self.relief.fluvial().map_or_else(|| Ok(T::default()), find)
     }
 
     /// Returns all settlements on vertices of `area`, sorted by id; none in a world without places.
-    pub fn sites(&self, area: &Area) -> Vec<Arc<Site>> {
-        let settled = self.places.as_ref().zip(self.relief.fluvial());
-        settled.map_or_else(Vec::new, |(places, land)| places.sites(land, area))
+    pub fn sites(&self, area: &Area, clock: &Clock) -> Result<Vec<Arc<Site>>, Stopped> {
+        self.settled_land(clock, |places, ground| places.sites(ground, area))
     }
 
     /// Returns the settlement of a site cell, if it has one; none in a world without places.
-    pub fn site(&self, id: SiteId) -> Option<Arc<Site>> {
-        let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
-        places.site(land, id)
+    pub fn site(&self, id: SiteId, clock: &Clock) -> Result<Option<Arc<Site>>, Stopped> {
+        self.settled_land(clock, |places, ground| places.site(ground, id))
     }
 
     /// Returns the first town of a square of `side` x `side` site cells, given by its column and row among such
     /// squares, if it has one; none in a world without places.
-    pub fn chief_site(&self, square: [i64; 2], side: i64) -> Option<Arc<Site>> {
-        let (places, land) = self.places.as_ref().zip(self.relief.fluvial())?;
-        places.chief(land, square, side)
+    pub fn chief_site(&self, square: [i64; 2], side: i64, clock: &Clock) -> Result<Option<Arc<Site>>, Stopped> {
+        self.settled_land(clock, |places, ground| places.chief(ground, square, side))
     }
 
+    /// Returns the results of `find` in land with places, or nothing.
+    fn settled_land<T: Default>(
+        &self,
+        clock: &Clock,
+        find: impl FnOnce(&Places, Surveyed<'_>) -> Result<T, Stopped>,
+    ) -> Result<T, Stopped> {
+        let settled = self.places.as_ref().zip(self.relief.fluvial());
+        settled.map_or_else(|| Ok(T::default()), |(places, land)| find(places, Surveyed { survey: land, clock }))
+    }
+}
+
+impl World {
     /// Returns the settlements and roads of this world, and the memories of both.
     pub fn places(&self) -> Option<&Places> {
         self.places.as_ref()

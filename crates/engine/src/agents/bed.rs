@@ -7,8 +7,7 @@ use crate::lines::{self, Bed, Line, LineEnd, LineId, LineKind, LinePoint};
 /// Share of the depth of a river's bed that is filled with water.
 const FILLED: f32 = 0.75;
 
-/// Number of nodes on each side over which positions are averaged. This smooths the staircase of the search into a
-/// line.
+/// Number of nodes on each side over which positions are averaged, so that the staircase of the search becomes a line.
 const SMOOTHING: usize = 5;
 
 /// Number of nodes from a point to the next: about the width of a bed.

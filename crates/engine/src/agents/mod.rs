@@ -18,8 +18,9 @@ use crate::agents::search::Node;
 use crate::area::Area;
 use crate::grid::Grid;
 
-/// Width in cells of the margin along a tile's edges in which no river starts: the highest vertex of a slope lies on
-/// the tile's edge, so rivers would begin on the border. In small tiles the margin is an eighth of the side.
+/// Width in cells of the margin along a tile's edges in which no river starts. Without it many rivers would begin on
+/// the border, since the highest vertex of a slope lies on the tile's edge. In small tiles the margin is an eighth of
+/// the side.
 const MARGIN_CELLS: u32 = 12;
 
 /// Returns the margin of [`MARGIN_CELLS`] for tiles with this many cells per side.

@@ -18,11 +18,13 @@ use crate::agents::search::{Node, Trace, rings, search};
 use crate::agents::settings::{Aim, Ending, RiverAgents, RoadAgents};
 use crate::agents::{Direction, Terrain, bed, highest, margin_cells};
 use crate::area::{Area, TileId};
+use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::lines::{Line, LineEnd, LineId, LineKind, Lines};
 use crate::memory::{HashKeys, Memory, Remembers, heap_bytes};
 use crate::relief::Relief;
+use crate::stop::Stopped;
 
 /// Depth of the recursion that settles rivers against each other; beyond it a river is taken as it was traced.
 const SETTLED_AGAINST: u32 = 3;
@@ -124,21 +126,21 @@ impl Agents {
     }
 
     /// Returns all lines that may affect `area`, sorted by id.
-    pub(crate) fn touching(&self, relief: &Relief, area: &Area) -> Lines {
+    pub(crate) fn touching(&self, relief: &Relief, area: &Area, clock: &Clock) -> Result<Lines, Stopped> {
         let crossed = |tiles: Option<u32>| tiles.map_or(0, |tiles| tiles as i64);
         let reach = crossed(self.rivers.as_ref().map(|rivers| rivers.max_tiles))
             .max(crossed(self.roads.as_ref().map(|roads| roads.max_tiles)));
         if self.rivers.is_none() && self.roads.is_none() {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         let mut lines = Vec::new();
         // A bed reaches at most one tile beyond the tiles that contain its nodes.
         for owner in self.tiles(area, reach + 1) {
-            let own = self.settled.get(owner, || self.settle(relief, owner));
+            let own = self.settled.try_get(owner, || self.settle(relief, owner, clock))?;
             lines.extend(own.iter().filter(|line| line.concerns(area)).cloned());
         }
         lines.sort_by_key(|line| line.id);
-        lines
+        Ok(lines)
     }
 
     /// Lists the tiles that contain a vertex of `area`, and `more` tiles around them, in order.
@@ -147,20 +149,31 @@ impl Agents {
     }
 
     /// Returns the final lines of a tile, with rivers settled against each other.
-    fn settle(&self, relief: &Relief, owner: TileId) -> Lines {
-        let river = self.rivers.as_ref().and_then(|agents| {
-            let traced = self.traced(relief, owner);
-            let river = traced.as_ref().as_ref()?;
-            let settled = self.settle_river(relief, owner, river, SETTLED_AGAINST);
-            (settled.nodes >= LEAST_NODES).then(|| self.river(agents, owner, river, settled))
-        });
-        let road = self.roads.as_ref().and_then(|agents| self.road(relief, owner, agents));
-        river.into_iter().chain(road).map(Arc::new).collect()
+    fn settle(&self, relief: &Relief, owner: TileId, clock: &Clock) -> Result<Lines, Stopped> {
+        let mut lines = Lines::new();
+        if let Some(agents) = &self.rivers
+            && let Some(river) = self.traced(relief, owner, clock)?.as_ref()
+        {
+            let settled = self.settle_river(relief, owner, river, SETTLED_AGAINST, clock)?;
+            if settled.nodes >= LEAST_NODES {
+                lines.push(Arc::new(self.river(agents, owner, river, settled)));
+            }
+        }
+        clock.check()?;
+        lines.extend(self.roads.as_ref().and_then(|agents| self.road(relief, owner, agents)).map(Arc::new));
+        Ok(lines)
     }
 
     /// Determines how much of a traced river is left: up to the place where it meets a river of higher rank, or else
     /// what its ending leaves.
-    fn settle_river(&self, relief: &Relief, owner: TileId, river: &TracedRiver, depth: u32) -> Settled {
+    fn settle_river(
+        &self,
+        relief: &Relief,
+        owner: TileId,
+        river: &TracedRiver,
+        depth: u32,
+        clock: &Clock,
+    ) -> Result<Settled, Stopped> {
         let rank = self.rank(owner);
         let reach = self.rivers.as_ref().map_or(0, |rivers| rivers.max_tiles as i64);
         let mut end = Settled {
@@ -174,7 +187,7 @@ impl Agents {
             if self.rank(other) <= rank {
                 continue;
             }
-            let traced = self.traced(relief, other);
+            let traced = self.traced(relief, other, clock)?;
             let Some(beside) = traced.as_ref() else { continue };
             // A cheap test that ends most pairs: a river that is near no other needs no table of its steps.
             if river.bounds.common(&beside.bounds).is_none() {
@@ -188,7 +201,7 @@ impl Agents {
             // Only rivers whose traces meet at all are settled to find where the other river really ends.
             let Some(mut step) = meets(beside.nodes.len()) else { continue };
             if depth > 0 {
-                let kept = self.settle_river(relief, other, beside, depth - 1).nodes;
+                let kept = self.settle_river(relief, other, beside, depth - 1, clock)?.nodes;
                 match meets(kept) {
                     Some(met) => step = met,
                     None => continue,
@@ -207,7 +220,7 @@ impl Agents {
                 _ => end.nodes -= end.nodes / 3,
             }
         }
-        end
+        Ok(end)
     }
 
     /// Returns the rank by which rivers give way to each other, unique for each tile.
@@ -227,11 +240,14 @@ impl Agents {
         ((hash >> 11) as f64 <= density * (1u64 << 53) as f64 - 1.0).then_some(hash)
     }
 
-    fn traced(&self, relief: &Relief, owner: TileId) -> Arc<Option<TracedRiver>> {
-        self.traced.get(owner, || {
-            let agents = self.rivers.as_ref()?;
-            let hash = self.owns(Stream::AgentRiver, owner, agents.density)?;
-            self.trace_river(relief, owner, agents, hash)
+    fn traced(&self, relief: &Relief, owner: TileId, clock: &Clock) -> Result<Arc<Option<TracedRiver>>, Stopped> {
+        self.traced.try_get(owner, || {
+            clock.check()?;
+            let trace = |agents: &RiverAgents| {
+                let hash = self.owns(Stream::AgentRiver, owner, agents.density)?;
+                self.trace_river(relief, owner, agents, hash)
+            };
+            Ok(self.rivers.as_ref().and_then(trace))
         })
     }
 

@@ -10,7 +10,6 @@ use std::collections::HashSet;
 use crate::agents::Direction;
 use crate::area::Area;
 use crate::memory::HashKeys;
-use crate::stop;
 
 /// A vertex of the lattice.
 pub type Node = (i64, i64);
@@ -84,7 +83,6 @@ fn trace(
     let mut nodes = vec![start];
     let mut here = start;
     let end = loop {
-        stop::check();
         if nodes.len() >= most {
             break TraceEnd::Full;
         }

@@ -24,10 +24,12 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::land::Land;
 use crate::relief::Relief;
+use crate::stop::Stopped;
 use crate::tile::{Tile, TilePlan};
 use crate::world::World;
 
 /// Makes the land of areas, before lines shape it, and tiles on this land.
+#[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
 pub trait LandMaker: Debug + Send + Sync {
     /// Describes the device in a few words.
     fn name(&self) -> String;
@@ -41,17 +43,17 @@ pub trait LandMaker: Debug + Send + Sync {
     fn together(&self) -> usize;
 
     /// Makes the land of each area, and books the time of each stage on `clock`.
-    fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land>;
+    fn lands(&self, areas: &[Area], clock: &Clock) -> Result<Vec<Land>, Stopped>;
 
     /// Makes tiles from plans in `world`, which must be the world of this maker's land, and books the time of each
     /// stage on `clock`.
-    fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
+    fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Result<Vec<Tile>, Stopped> {
         self.tiles_of_lands(world, plans, clock)
     }
 
     /// Makes the same tiles, but only their [lands](LandMaker::lands) on the device and the rest on the CPU.
-    fn tiles_of_lands(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
-        let lands = self.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock);
+    fn tiles_of_lands(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Result<Vec<Tile>, Stopped> {
+        let lands = self.lands(&plans.iter().map(|plan| plan.land).collect::<Vec<Area>>(), clock)?;
         let made = plans.into_par_iter().zip(lands);
         made.map(|(plan, land)| Tile::of_plan(world, plan, land, clock)).collect()
     }
@@ -84,7 +86,7 @@ impl LandMaker for Cpu {
         1
     }
 
-    fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
+    fn lands(&self, areas: &[Area], clock: &Clock) -> Result<Vec<Land>, Stopped> {
         areas.par_iter().map(|area| self.relief.land(*area, clock)).collect()
     }
 }

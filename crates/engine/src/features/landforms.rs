@@ -44,11 +44,11 @@ pub static LAKES: Layer<Arc<Lake>, LakeFeature> = Layer {
     ],
     sources: World::lakes,
     key: |lake| lake.id.to_string().into(),
-    feature: of_lake,
+    feature: |world, lake, _| Ok(of_lake(world, lake)),
     lines: |lake| lake.rings.iter().map(|ring| flat(ring)).collect(),
 };
 
-fn of_lake(world: &World, lake: &Arc<Lake>) -> LakeFeature {
+fn of_lake(world: &World, lake: &Lake) -> LakeFeature {
     let ring = |ring: &Vec<[f64; 2]>| ring.iter().map(|point| metres(*point, world.spacing_m())).collect();
     LakeFeature {
         id: lake.id.to_string(),
@@ -101,7 +101,7 @@ pub static COAST: Layer<Arc<Coast>, CoastFeature> = Layer {
     ],
     sources: World::coasts,
     key: |coast| coast_id(coast).into(),
-    feature: of_coast,
+    feature: |world, coast, _| Ok(of_coast(world, coast)),
     lines: |coast| vec![flat(&coast.line)],
 };
 
@@ -111,7 +111,7 @@ fn coast_id(coast: &Coast) -> String {
     format!("c:{x}:{y}:{:05}", coast.id.number)
 }
 
-fn of_coast(world: &World, coast: &Arc<Coast>) -> CoastFeature {
+fn of_coast(world: &World, coast: &Coast) -> CoastFeature {
     let line: Vec<[f64; 2]> = coast.line.iter().map(|point| metres(*point, world.spacing_m())).collect();
     CoastFeature { id: coast_id(coast), length_m: length_m(&line), line }
 }
@@ -141,7 +141,7 @@ pub static PEAKS: Layer<Peak, PeakFeature> = Layer {
     ],
     sources: World::peaks,
     key: |peak| peak_id(peak).into(),
-    feature: of_peak,
+    feature: |world, peak, _| Ok(of_peak(world, peak)),
     lines: |peak| point(peak.at),
 };
 

@@ -4,6 +4,8 @@
 use serde::Serialize;
 
 use crate::area::Area;
+use crate::clock::Clock;
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// The features of one kind. `S` is the object that the world holds, `F` the feature made of it.
@@ -17,11 +19,11 @@ pub struct Layer<S: 'static, F: 'static> {
     /// Attributes of the features.
     pub columns: &'static [Column<F>],
     /// Collects the world's objects in an area.
-    pub(super) sources: fn(&World, &Area) -> Vec<S>,
+    pub(super) sources: fn(&World, &Area, &Clock) -> Result<Vec<S>, Stopped>,
     /// Returns the sort key of an object, unique within the layer.
     pub(super) key: fn(&S) -> Vec<u8>,
     /// Makes the feature of an object.
-    pub(super) feature: fn(&World, &S) -> F,
+    pub(super) feature: fn(&World, &S, &Clock) -> Result<F, Stopped>,
     /// Returns the geometry of a feature.
     pub(super) lines: fn(F) -> Geometry,
 }
@@ -153,34 +155,38 @@ pub struct Row {
     pub lines: Geometry,
 }
 
-/// Callback that takes a feature's sort key and a function that makes its row.
-pub type Visit<'a> = dyn FnMut(Vec<u8>, &dyn Fn() -> Row) + 'a;
+/// Makes the row of a feature.
+pub type MakeRow<'a> = dyn Fn() -> Result<Row, Stopped> + 'a;
 
+/// Callback that takes a feature's sort key and a function that makes its row.
+pub type Visit<'a> = dyn FnMut(Vec<u8>, &MakeRow<'_>) -> Result<(), Stopped> + 'a;
+
+#[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
 impl<S, F> Layer<S, F> {
-    fn row(&self, world: &World, source: &S) -> Row {
-        let feature = (self.feature)(world, source);
+    fn row(&self, world: &World, source: &S, clock: &Clock) -> Result<Row, Stopped> {
+        let feature = (self.feature)(world, source, clock)?;
         let values = self.columns.iter().map(|column| (column.value)(&feature)).collect();
-        Row { values, lines: (self.lines)(feature) }
+        Ok(Row { values, lines: (self.lines)(feature) })
     }
 
     /// Hands the feature of an object, which is the world's or a walked tile's, to the callback.
-    pub(super) fn show(&self, world: &World, source: &S, visit: &mut Visit<'_>) {
-        visit((self.key)(source), &|| self.row(world, source));
+    pub(super) fn show(&self, world: &World, source: &S, clock: &Clock, visit: &mut Visit<'_>) -> Result<(), Stopped> {
+        visit((self.key)(source), &|| self.row(world, source, clock))
     }
 
     /// Returns all features of which a part lies in the rectangle spanned by the outer vertices of an area, uncut and
     /// sorted by key.
-    pub fn find(&self, world: &World, area: &Area) -> Vec<F> {
-        self.features(world, (self.sources)(world, area))
+    pub fn find(&self, world: &World, area: &Area, clock: &Clock) -> Result<Vec<F>, Stopped> {
+        self.features(world, (self.sources)(world, area, clock)?, clock)
     }
 
     /// Makes the features of some objects, sorted by key.
-    pub fn features(&self, world: &World, sources: Vec<S>) -> Vec<F> {
+    pub fn features(&self, world: &World, sources: Vec<S>, clock: &Clock) -> Result<Vec<F>, Stopped> {
         let mut sources: Vec<_> = sources.into_iter().map(|it| ((self.key)(&it), it)).collect();
         sources.sort_by(|a, b| a.0.cmp(&b.0));
         // An area may yield an object twice, such as a settlement that lies in the area and also ends one of its roads.
         sources.dedup_by(|a, b| a.0 == b.0);
-        sources.iter().map(|(_, source)| (self.feature)(world, source)).collect()
+        sources.iter().map(|(_, source)| (self.feature)(world, source, clock)).collect()
     }
 }
 
@@ -200,7 +206,10 @@ pub trait AnyLayer: Sync {
 
     /// Calls `visit` for each feature of which a part lies in an area, in any order and perhaps several times. The row
     /// is made only if the callback asks for it.
-    fn visit(&self, world: &World, area: &Area, visit: &mut Visit<'_>);
+    ///
+    /// # Errors
+    /// When `clock` stops the work, or `visit` fails.
+    fn visit(&self, world: &World, area: &Area, clock: &Clock, visit: &mut Visit<'_>) -> Result<(), Stopped>;
 }
 
 impl<S, F> AnyLayer for Layer<S, F> {
@@ -220,10 +229,8 @@ impl<S, F> AnyLayer for Layer<S, F> {
         self.columns.iter().map(|column| column.head).collect()
     }
 
-    fn visit(&self, world: &World, area: &Area, visit: &mut Visit<'_>) {
-        for source in (self.sources)(world, area) {
-            self.show(world, &source, visit);
-        }
+    fn visit(&self, world: &World, area: &Area, clock: &Clock, visit: &mut Visit<'_>) -> Result<(), Stopped> {
+        (self.sources)(world, area, clock)?.iter().try_for_each(|source| self.show(world, source, clock, visit))
     }
 }
 

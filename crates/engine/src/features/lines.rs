@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use crate::area::{Area, TileId};
-use crate::features::layer::{Column, GeometryType, Layer, Row, ValueKind, flat, point};
+use crate::clock::Clock;
+use crate::features::layer::{Column, GeometryType, Layer, MakeRow, ValueKind, flat, point};
 use crate::features::plane::{length_m, metres};
 use crate::lines::{FIXED, Line, LineEnd, LineId, LineKind, LinePoint, Lines, RoadClass, SiteId, StructureKind};
+use crate::stop::Stopped;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -54,7 +56,7 @@ pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
         Column::new("ending", ValueKind::Text, |river| river.ending.name().into()),
         Column::optional("joins", ValueKind::Text, |river| river.ending.id().into()),
     ],
-    sources: |world, area| world.lines_through(LineKind::River, area),
+    sources: |world, area, clock| world.lines_through(LineKind::River, area, clock),
     key: |river| river.id.to_string().into(),
     feature: of_river,
     lines: |river| vec![river.line],
@@ -74,20 +76,20 @@ fn ends<T>(line: &Line, value: impl Fn(&LinePoint) -> T) -> [T; 2] {
     [&line.points[0], &line.points[line.points.len() - 1]].map(value)
 }
 
-fn of_river(world: &World, river: &Arc<Line>) -> RiverFeature {
+fn of_river(world: &World, river: &Arc<Line>, clock: &Clock) -> Result<RiverFeature, Stopped> {
     let line = line_m(river, &river.points);
-    RiverFeature {
+    Ok(RiverFeature {
         id: river.id,
         name: river.name.clone(),
         course: river.course,
-        order: world.relief().fluvial().map_or(0, |land| land.order(river)),
+        order: world.relief().fluvial().map_or(Ok(0), |land| land.order(river, clock))?,
         length_m: length_m(&line),
         width_m: ends(river, |point| 2.0 * point.half_width_m),
         discharge_m3s: ends(river, |point| point.discharge_m3s),
         level_m: ends(river, |point| point.level_m),
         ending: river.end,
         line,
-    }
+    })
 }
 
 /// A road from one settlement to another: all of it, or the part that is left where it shares the way with other roads.
@@ -127,16 +129,16 @@ pub static ROADS: Layer<Arc<Line>, RoadFeature> = Layer {
     ],
     sources: roads_through,
     key: |road| road.id.to_string().into(),
-    feature: of_road,
+    feature: |_, road, _| Ok(of_road(road)),
     lines: |road| vec![road.line],
 };
 
 /// Returns the roads whose centreline touches an area.
-pub(super) fn roads_through(world: &World, area: &Area) -> Lines {
-    world.lines_through(LineKind::Road, area)
+pub(super) fn roads_through(world: &World, area: &Area, clock: &Clock) -> Result<Lines, Stopped> {
+    world.lines_through(LineKind::Road, area, clock)
 }
 
-fn of_road(_: &World, road: &Arc<Line>) -> RoadFeature {
+fn of_road(road: &Line) -> RoadFeature {
     let (LineId::Road { from, to, .. }, Some(class)) = (road.id, road.class) else {
         unreachable!("roads of fluvial worlds join settlements")
     };
@@ -183,13 +185,13 @@ pub static CROSSINGS: Layer<(Arc<Line>, usize), CrossingFeature> = Layer {
     ],
     sources: crossings_of_roads,
     key: |crossing| crossing_id(crossing).into(),
-    feature: of_crossing,
+    feature: |_, crossing, _| Ok(of_crossing(crossing)),
     lines: |crossing| point(crossing.at),
 };
 
-fn crossings_of_roads(world: &World, area: &Area) -> Vec<(Arc<Line>, usize)> {
+fn crossings_of_roads(world: &World, area: &Area, clock: &Clock) -> Result<Vec<(Arc<Line>, usize)>, Stopped> {
     let crossings = |road: Arc<Line>| (0..road.structures.len()).map(move |number| (Arc::clone(&road), number));
-    roads_through(world, area).into_iter().flat_map(crossings).collect()
+    Ok(roads_through(world, area, clock)?.into_iter().flat_map(crossings).collect())
 }
 
 fn crossing_id((road, number): &(Arc<Line>, usize)) -> String {
@@ -197,7 +199,7 @@ fn crossing_id((road, number): &(Arc<Line>, usize)) -> String {
     format!("x{}:{number:03}", &road.id.to_string()[1..])
 }
 
-fn of_crossing(_: &World, source: &(Arc<Line>, usize)) -> CrossingFeature {
+fn of_crossing(source: &(Arc<Line>, usize)) -> CrossingFeature {
     let (road, number) = source;
     let structure = &road.structures[*number];
     let middle = structure.middle(road).map(|at| at as f64 / FIXED as f64);
@@ -246,9 +248,9 @@ pub static AGENT_RIVERS: Layer<Arc<Line>, PathFeature> = Layer {
     about: "rivers, from source to end; metres",
     shape: GeometryType::Line,
     columns: PATH_COLUMNS,
-    sources: |world, area| world.lines_through(LineKind::River, area),
+    sources: |world, area, clock| world.lines_through(LineKind::River, area, clock),
     key: |path| path_key(owner(path.id)),
-    feature: of_path,
+    feature: |_, path, _| Ok(of_path(path)),
     lines: |path| vec![flat(&path.line)],
 };
 
@@ -256,20 +258,29 @@ pub static AGENT_RIVERS: Layer<Arc<Line>, PathFeature> = Layer {
 pub static AGENT_ROADS: Layer<Arc<Line>, PathFeature> = Layer {
     name: "roads",
     about: "roads, from the middle of the tile that owns each; metres",
-    sources: |world, area| world.lines_through(LineKind::Road, area),
+    sources: |world, area, clock| world.lines_through(LineKind::Road, area, clock),
     ..AGENT_RIVERS
 };
 
 /// Visits the rivers and roads of a walker's tile as features of the [layers](super::layers) of its world, each with
 /// the number of its layer. A tile of a walker owns the part of an agent's way that lies in it, so each feature ends at
 /// the tile's edges.
-pub fn visit_walked(world: &World, tile: &Tile, mut visit: impl FnMut(usize, Vec<u8>, &dyn Fn() -> Row)) {
+///
+/// # Errors
+/// When `clock` stops the work, or `visit` fails.
+pub fn visit_walked(
+    world: &World,
+    tile: &Tile,
+    clock: &Clock,
+    mut visit: impl FnMut(usize, Vec<u8>, &MakeRow<'_>) -> Result<(), Stopped>,
+) -> Result<(), Stopped> {
     let layers = [(&AGENT_RIVERS, LineKind::River), (&AGENT_ROADS, LineKind::Road)];
     for (number, (layer, kind)) in layers.into_iter().enumerate() {
         for line in tile.lines().iter().filter(|line| line.kind == kind) {
-            layer.show(world, line, &mut |key, row| visit(number, key, row));
+            layer.show(world, line, clock, &mut |key, row| visit(number, key, row))?;
         }
     }
+    Ok(())
 }
 
 /// Returns the tile that owns an agent's line.
@@ -291,7 +302,7 @@ fn joined(end: LineEnd) -> Option<TileId> {
     if let LineEnd::Line(other) = end { Some(owner(other)) } else { None }
 }
 
-fn of_path(_: &World, path: &Arc<Line>) -> PathFeature {
+fn of_path(path: &Line) -> PathFeature {
     let mut line: Vec<[f64; 2]> =
         line_m(path, &path.points).into_iter().map(|[east, north, _]| [east, north]).collect();
     let length_m = length_m(&line);

@@ -27,7 +27,7 @@ pub mod splines;
 mod tests;
 
 use crate::world::World;
-pub use layer::{AnyLayer, Layer, Row, Value};
+pub use layer::{AnyLayer, Layer, MakeRow, Row, Value};
 pub use lines::visit_walked;
 
 /// Layers of fluvial worlds.

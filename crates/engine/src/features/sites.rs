@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::features::layer::{Column, GeometryType, Layer, ValueKind, point};
 use crate::features::lines::roads_through;
 use crate::features::plane::metres;
 use crate::lines::{LineId, SiteId};
 use crate::places::site::{Site, SiteClass};
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// A settlement.
@@ -41,7 +43,7 @@ pub static SITES: Layer<Arc<Site>, SiteFeature> = Layer {
     ],
     sources,
     key: |site| site.id.to_string().into(),
-    feature: |world, site| SiteFeature::new(world, site),
+    feature: |world, site, _| Ok(SiteFeature::new(world, site)),
     lines: |site| point(site.at),
 };
 
@@ -59,9 +61,12 @@ impl SiteFeature {
     }
 }
 
-fn sources(world: &World, area: &Area) -> Vec<Arc<Site>> {
-    let ends = |id: LineId| if let LineId::Road { from, to, .. } = id { vec![from, to] } else { Vec::new() };
-    let ends = roads_through(world, area).into_iter().flat_map(|road| ends(road.id));
+fn sources(world: &World, area: &Area, clock: &Clock) -> Result<Vec<Arc<Site>>, Stopped> {
+    let mut sites = world.sites(area, clock)?;
     // Without the ends of roads, a road could refer to a settlement that is in no table.
-    world.sites(area).into_iter().chain(ends.filter_map(|id| world.site(id))).collect()
+    for road in roads_through(world, area, clock)? {
+        let LineId::Road { from, to, .. } = road.id else { continue };
+        sites.extend(world.site(from, clock)?.into_iter().chain(world.site(to, clock)?));
+    }
+    Ok(sites)
 }

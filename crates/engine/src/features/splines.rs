@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::clock::Clock;
 use crate::features::layer::{AnyLayer, Column, GeometryType, Layer, ValueKind};
 use crate::features::lines::line_m;
 use crate::lines::{Line, LineId, LineKind, RoadClass, StructureKind};
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// A river or a road, uncut.
@@ -38,7 +40,7 @@ static RIVERS: Layer<Arc<Line>, SplineFeature> = Layer {
     about: "rivers, from source to end, with the height of their surface; metres and m3/s",
     shape: GeometryType::LineZ,
     columns: COLUMNS,
-    sources: |world, area| world.lines_through(LineKind::River, area),
+    sources: |world, area, clock| world.lines_through(LineKind::River, area, clock),
     key: |line| line.id.to_string().into(),
     feature: of_line,
     // The values follow as a second line with the same number of points.
@@ -49,7 +51,7 @@ static RIVERS: Layer<Arc<Line>, SplineFeature> = Layer {
 static ROADS: Layer<Arc<Line>, SplineFeature> = Layer {
     name: "roads",
     about: "roads, with the height of their surface; metres",
-    sources: |world, area| world.lines_through(LineKind::Road, area),
+    sources: |world, area, clock| world.lines_through(LineKind::Road, area, clock),
     ..RIVERS
 };
 
@@ -65,7 +67,7 @@ pub fn carried(number: f64) -> Option<StructureKind> {
     CARRIERS.get((number as usize).checked_sub(1)?).copied()
 }
 
-fn of_line(world: &World, line: &Arc<Line>) -> SplineFeature {
+fn of_line(world: &World, line: &Arc<Line>, clock: &Clock) -> Result<SplineFeature, Stopped> {
     let number = |index: usize| {
         let carrier = line.carrier(index)?;
         CARRIERS.iter().position(|kind| *kind == carrier).map(|at| at + 1)
@@ -75,13 +77,14 @@ fn of_line(world: &World, line: &Arc<Line>) -> SplineFeature {
         .iter()
         .enumerate()
         .map(|(index, point)| [2.0 * point.half_width_m, point.discharge_m3s, number(index).unwrap_or(0) as f64]);
-    let order = world.relief().fluvial().filter(|_| line.kind == LineKind::River).map(|land| land.order(line).into());
-    SplineFeature {
+    let land = world.relief().fluvial().filter(|_| line.kind == LineKind::River);
+    let order = land.map(|land| land.order(line, clock)).transpose()?.map(Into::into);
+    Ok(SplineFeature {
         id: line.id,
         name: line.name.clone(),
         class: line.class.map(RoadClass::name),
         order,
         line: line_m(line, &line.points),
         values: values.collect(),
-    }
+    })
 }

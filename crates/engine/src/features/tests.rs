@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use super::layer::ValueKind;
+use super::layer::{MakeRow, ValueKind};
 use super::*;
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::geometry::LineSegment;
 use crate::preset::Preset;
 
@@ -28,9 +29,11 @@ type RowsByKey = BTreeMap<Vec<u8>, Row>;
 
 fn rows(layer: &dyn AnyLayer, world: &World, area: &Area) -> RowsByKey {
     let mut rows = BTreeMap::new();
-    layer.visit(world, area, &mut |key, row| {
-        rows.insert(key, row());
-    });
+    let insert = &mut |key, row: &MakeRow<'_>| {
+        rows.insert(key, row()?);
+        Ok(())
+    };
+    layer.visit(world, area, &Clock::default(), insert).unwrap();
     rows
 }
 
@@ -94,10 +97,10 @@ fn check_kinds(layer: &dyn AnyLayer, row: &Row) {
 #[test]
 fn typed_features_are_found_once_and_sorted() {
     let (world, area) = fluvial();
-    let sites = sites::SITES.find(world, &area);
+    let sites = sites::SITES.find(world, &area, &Clock::default()).unwrap();
     assert!(sites.len() > 2, "{sites:?}");
     assert!(sites.is_sorted_by(|a, b| a.id.to_string() < b.id.to_string()));
-    let roads = lines::ROADS.find(world, &area);
+    let roads = lines::ROADS.find(world, &area, &Clock::default()).unwrap();
     assert!(roads.len() > 2);
     for road in &roads {
         for (id, end) in road.sites.iter().zip([road.line[0], road.line[road.line.len() - 1]]) {
@@ -106,7 +109,7 @@ fn typed_features_are_found_once_and_sorted() {
             let site = sites.iter().find(|site| site.id == *id).unwrap_or_else(|| panic!("no {id}"));
             let end = [end[0], end[1]];
             let [x, y] = [end[0], -end[1]].map(|metres| (metres / world.spacing_m()).round() as i64);
-            let near = || lines::ROADS.find(world, &Area::new(x, y, 1, 1).padded(1));
+            let near = || lines::ROADS.find(world, &Area::new(x, y, 1, 1).padded(1), &Clock::default()).unwrap();
             let is_on = |other: &lines::RoadFeature| {
                 let flat = |at: &[f64; 3]| [at[0], at[1]];
                 let pieces = other.line.windows(2).map(|ends| LineSegment::between(flat(&ends[0]), flat(&ends[1])));
@@ -119,7 +122,7 @@ fn typed_features_are_found_once_and_sorted() {
             );
         }
     }
-    let crossings = lines::CROSSINGS.find(world, &area);
+    let crossings = lines::CROSSINGS.find(world, &area, &Clock::default()).unwrap();
     assert!(!crossings.is_empty());
     assert!(crossings.iter().all(|crossing| roads.iter().any(|road| road.id == crossing.road)));
 }

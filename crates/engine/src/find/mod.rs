@@ -17,12 +17,16 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::area::{Area, MAX_COORDINATE, Stride};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::features::landforms::{LAKES, LakeFeature, PEAKS, PeakFeature};
 use crate::geometry::length;
 use crate::lines::{Line, LineKind, LinePoint};
 use crate::memory::Budget;
+use crate::places::site::SiteClass;
 use crate::preset::Preset;
+use crate::stop::Stopped;
+use crate::watch::Watch;
 use crate::world::World;
 pub use name::{SETTLEMENTS_KM, THINGS_KM, named, named_in};
 pub use query::{Beside, Bound, Measure, Query, Sign, Thing};
@@ -143,16 +147,17 @@ impl Finder {
     }
 
     /// Finds at most `limit` things within a radius of a place, nearest first. The place is given in kilometres east
-    /// and north.
+    /// and north. `watch` counts the blocks that are searched, of all within the radius.
     ///
     /// # Errors
-    /// When the radius reaches beyond the largest coordinates.
+    /// When the radius reaches beyond the largest coordinates, or the work is stopped.
     pub fn find(
         &mut self,
         query: &Query,
         near_km: [f64; 2],
         radius_km: f64,
         limit: usize,
+        watch: &Watch,
     ) -> Result<Vec<Found>, Error> {
         let spacing_km = self.world.spacing_m() / 1000.0;
         let most_km = MAX_COORDINATE as f64 * spacing_km;
@@ -167,7 +172,7 @@ impl Finder {
             self.afar.insert(stride, self.world.at_stride(stride));
         }
         let afar = self.afar.get(&stride);
-        let search = NearestSearch { world: &self.world, afar, query, near_km };
+        let search = NearestSearch { world: &self.world, afar, query, near_km, clock: &watch.clock };
         // Blocks are a multiple of four times the coarsest stride, so that their quarters consist of whole nodes at
         // every stride.
         let whole = 4 * COARSEST as i64;
@@ -177,6 +182,7 @@ impl Finder {
         let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
         let mut found: BTreeMap<String, Found> = BTreeMap::new();
         let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
+        watch.begin("searching", Some((count[0].saturating_mul(count[1]), "blocks")));
         // Goes through rings of blocks, each farther out than the last, because all blocks at once may not fit into
         // memory.
         let middle = near_km.map(|km| (km / block_km).floor() as i64);
@@ -187,12 +193,18 @@ impl Finder {
                 let columns = middle[0] - ring..=middle[0] + ring;
                 blocks.extend(columns.filter(|x| is_end || (x - middle[0]).abs() == ring).map(|x| [x, y]));
             }
+            let all = blocks.len();
             blocks.retain(|block| search.distance_km(*block, block_km) <= radius_km);
+            watch.add((all - blocks.len()) as u64);
             if blocks.is_empty() {
                 break;
             }
-            let here = |block: &[i64; 2]| search.block(*block, side);
-            let all: Vec<Vec<Found>> = blocks.par_iter().map(here).collect();
+            let here = |block: &[i64; 2]| {
+                let found = search.block(*block, side);
+                watch.add(1);
+                found
+            };
+            let all = blocks.par_iter().map(here).collect::<Result<Vec<Vec<Found>>, Stopped>>()?;
             let near = all.into_iter().flatten().filter(|found| found.distance_km <= radius_km);
             found.extend(near.map(|found| (found.id.clone(), found)));
             // Nothing outside the rings searched so far is nearer than this.
@@ -225,6 +237,7 @@ struct NearestSearch<'a> {
     afar: Option<&'a World>,
     query: &'a Query,
     near_km: [f64; 2],
+    clock: &'a Clock,
 }
 
 impl NearestSearch<'_> {
@@ -237,24 +250,31 @@ impl NearestSearch<'_> {
     }
 
     /// Finds the things that lie in a block or reach into it.
-    fn block(&self, [x, y]: [i64; 2], side: i64) -> Vec<Found> {
+    fn block(&self, [x, y]: [i64; 2], side: i64) -> Result<Vec<Found>, Stopped> {
         // Rows of vertices count southwards.
         let area = Area::new(x * side, -(y + 1) * side, side as usize, side as usize);
-        match self.query.thing {
-            Thing::Lake => self.lakes(area),
-            Thing::Peak => self.peaks(area),
-            Thing::River => self.rivers(area),
-            Thing::Site(_) => self.sites(area),
+        let found = match self.query.thing {
+            Thing::Lake => self.lakes(area)?,
+            Thing::Peak => self.peaks(area)?,
+            Thing::River => self.rivers(area)?,
+            Thing::Site(class) => self.sites(area, class)?,
+        };
+        let mut asked = Vec::new();
+        for found in found {
+            if self.is_asked_for(&found)? {
+                asked.push(found);
+            }
         }
+        Ok(asked)
     }
 
-    fn lakes(&self, area: Area) -> Vec<Found> {
+    fn lakes(&self, area: Area) -> Result<Vec<Found>, Stopped> {
         let least_m2 = self.query.least(Measure::Area).unwrap_or(0.0) * 1e6;
         let seen = match self.afar {
             None => vec![area],
             Some(afar) => {
                 let stride = afar.stride().vertices();
-                let large = afar.lakes(&in_nodes(area, stride));
+                let large = afar.lakes(&in_nodes(area, stride), self.clock)?;
                 let large = large.iter().filter(|lake| lake.area_m2 >= LEAST_AREA * least_m2);
                 // Only the surroundings of one shore point are searched at full resolution: the lake lies there or very
                 // near.
@@ -262,33 +282,39 @@ impl NearestSearch<'_> {
                 shore.map(|[x, y]| Area::new(x, y, 1, 1).padded(2 * stride as usize)).collect()
             }
         };
-        let lakes = seen.iter().flat_map(|area| LAKES.find(self.world, area));
-        lakes.map(|lake| lake_found(lake, self.near_km)).filter(|found| self.is_asked_for(found)).collect()
+        let mut lakes = Vec::new();
+        for area in &seen {
+            lakes.extend(LAKES.find(self.world, area, self.clock)?);
+        }
+        Ok(lakes.into_iter().map(|lake| lake_found(lake, self.near_km)).collect())
     }
 
-    fn peaks(&self, area: Area) -> Vec<Found> {
+    fn peaks(&self, area: Area) -> Result<Vec<Found>, Stopped> {
         let least_m = self.query.least(Measure::Height).unwrap_or(f64::NEG_INFINITY) as f32;
         let parts = area.halves().into_iter().flat_map(Area::halves).flat_map(Area::halves).flat_map(Area::halves);
         let may_have = |part: &Area| {
-            let Some(afar) = self.afar else { return true };
+            let Some(afar) = self.afar else { return Ok(true) };
             let (low_m, high_m) = afar.height_range_m();
-            let heights = afar.relief().heights(in_nodes(*part, afar.stride().vertices()));
-            heights.values().iter().any(|height_m| *height_m > least_m - LOWER * (high_m - low_m))
+            let land = afar.relief().land(in_nodes(*part, afar.stride().vertices()), self.clock)?;
+            Ok(land.heights.values().iter().any(|height_m| *height_m > least_m - LOWER * (high_m - low_m)))
         };
-        let peaks = parts.filter(may_have).flat_map(|part| PEAKS.find(self.world, &part));
-        peaks.map(|peak| peak_found(peak, self.near_km)).filter(|found| self.is_asked_for(found)).collect()
+        let mut peaks = Vec::new();
+        for part in parts {
+            if may_have(&part)? {
+                peaks.extend(PEAKS.find(self.world, &part, self.clock)?);
+            }
+        }
+        Ok(peaks.into_iter().map(|peak| peak_found(peak, self.near_km)).collect())
     }
 
-    fn rivers(&self, area: Area) -> Vec<Found> {
+    fn rivers(&self, area: Area) -> Result<Vec<Found>, Stopped> {
         let least_m3s = self.query.least(Measure::Discharge).unwrap_or(0.0);
-        let rivers = self.world.lines_through(LineKind::River, &area);
-        let found = rivers.iter().filter_map(|river| river_found(river, least_m3s, self.near_km));
-        found.filter(|found| self.is_asked_for(found)).collect()
+        let rivers = self.world.lines_through(LineKind::River, &area, self.clock)?;
+        Ok(rivers.iter().filter_map(|river| river_found(river, least_m3s, self.near_km)).collect())
     }
 
-    fn sites(&self, area: Area) -> Vec<Found> {
-        let Thing::Site(class) = self.query.thing else { return Vec::new() };
-        let sites = self.world.sites(&area);
+    fn sites(&self, area: Area, class: Option<SiteClass>) -> Result<Vec<Found>, Stopped> {
+        let sites = self.world.sites(&area, self.clock)?;
         let asked = sites.iter().filter(|site| class.is_none_or(|class| class == site.class));
         let found = asked.map(|site| {
             let spacing_m = self.world.spacing_m();
@@ -297,25 +323,28 @@ impl NearestSearch<'_> {
                 vec![(Measure::Population, f64::from(site.population)), (Measure::Height, f64::from(site.height_m))];
             Found::new(site.id.to_string(), Some(site.name.clone()), [at; 2], self.near_km, values)
         });
-        found.filter(|found| self.is_asked_for(found)).collect()
+        Ok(found.collect())
     }
 
     /// True if a found thing fulfils the query.
-    fn is_asked_for(&self, found: &Found) -> bool {
+    fn is_asked_for(&self, found: &Found) -> Result<bool, Stopped> {
         let at_m = found.at_km.map(|km| km * 1000.0);
-        self.query.keeps(&found.values) && self.query.beside.is_none_or(|beside| self.is_beside(beside, at_m))
+        match self.query.beside.filter(|_| self.query.keeps(&found.values)) {
+            Some(beside) => self.is_beside(beside, at_m),
+            None => Ok(self.query.keeps(&found.values)),
+        }
     }
 
     /// True if a thing of the kind `beside` lies near a place in metres east and north.
-    fn is_beside(&self, beside: Beside, at: [f64; 2]) -> bool {
+    fn is_beside(&self, beside: Beside, at: [f64; 2]) -> Result<bool, Stopped> {
         let spacing_m = self.world.spacing_m();
         let [x, y] = [at[0], -at[1]].map(|m| (m / spacing_m).round() as i64);
         let area = Area::new(x, y, 1, 1).padded((BESIDE_M / spacing_m).ceil() as usize);
-        match beside {
-            Beside::River => !self.world.lines_through(LineKind::River, &area).is_empty(),
-            Beside::Lake => !self.world.lakes(&area).is_empty(),
-            Beside::Sea => !self.world.coasts(&area).is_empty(),
-        }
+        Ok(match beside {
+            Beside::River => !self.world.lines_through(LineKind::River, &area, self.clock)?.is_empty(),
+            Beside::Lake => !self.world.lakes(&area, self.clock)?.is_empty(),
+            Beside::Sea => !self.world.coasts(&area, self.clock)?.is_empty(),
+        })
     }
 }
 

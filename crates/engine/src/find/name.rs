@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::features::landforms::{LAKES, PEAKS, lake_name};
 use crate::find::{Finder, Found, LEAST_AROUND_KM, lake_found, peak_found, river_found};
@@ -17,8 +18,9 @@ use crate::fluvial::landforms::peaks;
 use crate::geometry::length;
 use crate::lines::{ChannelId, LakeId, SiteId};
 use crate::names::settlement;
+use crate::places::site::Site;
 use crate::preset::Preset;
-use crate::stop;
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// Radius in kilometres of the search for settlements.
@@ -65,16 +67,17 @@ struct Called {
 /// in kilometres east and north; if there is none, the nearest lake, river or peak.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this name; the hint suggests similar names of things nearby.
-pub fn named(preset: Preset, seed: Option<u64>, name: &str, near_km: [f64; 2]) -> Result<Found, Error> {
-    named_in(&Finder::new(preset, seed)?, name, near_km)
+/// When the world has no names, or nothing has this name; the hint suggests similar names of things nearby. When `clock`
+/// stops the work.
+pub fn named(preset: Preset, seed: Option<u64>, name: &str, near_km: [f64; 2], clock: &Clock) -> Result<Found, Error> {
+    named_in(&Finder::new(preset, seed)?, name, near_km, clock)
 }
 
 /// Finds the thing with a name as [`named`] does, but in the world of a finder, which caches the land that it makes.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this name.
-pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2]) -> Result<Found, Error> {
+/// When the world has no names, or nothing has this name. When `clock` stops the work.
+pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2], clock: &Clock) -> Result<Found, Error> {
     let world = finder.world();
     if world.names().is_none() {
         return Err(Error::Option {
@@ -83,13 +86,14 @@ pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2]) -> Result<Found,
         });
     }
     let wanted = name.trim().to_lowercase();
-    let all = all(world, near_km);
-    let right = all.iter().filter(|called| called.name.to_lowercase() == wanted);
-    if let Some(found) = right.clone().find_map(|called| called.found(world, near_km)) {
-        return Ok(found);
+    let all = all(world, near_km, clock)?;
+    for called in all.iter().filter(|called| called.name.to_lowercase() == wanted) {
+        if let Some(found) = called.found(world, near_km, clock)? {
+            return Ok(found);
+        }
     }
     let [x, y] = near_km;
-    let names = alike(world, &all, &wanted, near_km);
+    let names = alike(world, &all, &wanted, near_km, clock)?;
     let numbers = "give numbers: X,Y,KM";
     Err(Error::Option {
         message: format!(
@@ -104,7 +108,13 @@ pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2]) -> Result<Found,
 }
 
 /// Returns the names of existing things that are most like the `wanted` name, which nothing has.
-fn alike(world: &World, all: &[Called], wanted: &str, near_km: [f64; 2]) -> Vec<String> {
+fn alike(
+    world: &World,
+    all: &[Called],
+    wanted: &str,
+    near_km: [f64; 2],
+    clock: &Clock,
+) -> Result<Vec<String>, Stopped> {
     let score = |called: &Called| {
         let likeness = strsim::jaro_winkler(&called.name.to_lowercase(), wanted);
         likeness - FAR * called.off_km / SETTLEMENTS_KM
@@ -123,21 +133,22 @@ fn alike(world: &World, all: &[Called], wanted: &str, near_km: [f64; 2]) -> Vec<
     let mut names: Vec<String> = Vec::new();
     let looked_at = scored.into_iter().map(|(_, called)| called).filter(|called| is_worth_it(called)).take(MOST_LOOKS);
     for called in looked_at {
-        if !names.contains(&called.name) && called.found(world, near_km).is_some() {
+        if !names.contains(&called.name) && called.found(world, near_km, clock)?.is_some() {
             names.push(called.name.clone());
         }
         if names.len() == NEARLY {
             break;
         }
     }
-    names
+    Ok(names)
 }
 
 /// Returns all things that may exist near a place: settlements first, each group nearest first.
-fn all(world: &World, near_km: [f64; 2]) -> Vec<Called> {
+fn all(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Called>, Stopped> {
     let mut all = settlements(world, near_km);
-    all.extend(things(world, near_km));
-    all
+    clock.check()?;
+    all.extend(things(world, near_km, clock)?);
+    Ok(all)
 }
 
 /// Returns the settlements that may exist near a place.
@@ -145,7 +156,6 @@ fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     let Some(places) = world.places() else { return Vec::new() };
     let cells = cells(world, places.site_side(), near_km, SETTLEMENTS_KM);
     let called = cells.into_par_iter().map(|([i, j], off_km)| {
-        stop::check();
         let id = SiteId { i, j };
         Called { thing: MayBe::Settlement(id), name: settlement(world.chance(), id), off_km }
     });
@@ -153,13 +163,13 @@ fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
 }
 
 /// Returns the lakes, rivers and peaks that may exist near a place.
-fn things(world: &World, near_km: [f64; 2]) -> Vec<Called> {
-    let Some((fluvial, names)) = world.relief().fluvial().zip(world.names()) else { return Vec::new() };
+fn things(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Called>, Stopped> {
+    let Some((fluvial, names)) = world.relief().fluvial().zip(world.names()) else { return Ok(Vec::new()) };
     let mut things = Vec::new();
     for level in 0..fluvial.fields().levels() {
+        clock.check()?;
         let cells = cells(world, fluvial.fields().side(level) / GRAINS, near_km, THINGS_KM);
         things.par_extend(cells.into_par_iter().flat_map_iter(|([x, y], off_km)| {
-            stop::check();
             let id = (level, x, y);
             let river = fluvial.has_rivers(level).then(|| fluvial.river_name(id)).flatten();
             let river = river.map(|name| Called { thing: MayBe::River(id), name, off_km });
@@ -169,14 +179,13 @@ fn things(world: &World, near_km: [f64; 2]) -> Vec<Called> {
     }
     let side = peaks::side(fluvial);
     things.par_extend(cells(world, side, near_km, THINGS_KM).into_par_iter().flat_map_iter(|([x, y], off_km)| {
-        stop::check();
         // The name also depends on the peak's position within its cell, so all names that it could have are listed.
         let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| [(x + i) * side - i, (y + j) * side - j]);
         let called: BTreeSet<String> = corners.iter().map(|at| names.peak(*at, &[x, y])).collect();
         called.into_iter().map(move |name| Called { thing: MayBe::Peak((x, y)), name, off_km })
     }));
     things.sort_by(|a, b| a.off_km.total_cmp(&b.off_km).then(a.thing.cmp(&b.thing)));
-    things
+    Ok(things)
 }
 
 /// Returns the cells of a lattice whose centres lie within a radius of a place, with their distances in kilometres,
@@ -203,13 +212,13 @@ impl Called {
     }
 
     /// Checks that the thing exists and has this name, and returns it.
-    fn found(&self, world: &World, near_km: [f64; 2]) -> Option<Found> {
-        stop::check();
+    fn found(&self, world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Option<Found>, Stopped> {
+        clock.check()?;
         let found = match self.thing {
-            MayBe::Settlement(id) => site_found(world, id, near_km),
+            MayBe::Settlement(id) => world.site(id, clock)?.map(|site| site_found(world, &site, near_km)),
             MayBe::Lake(id) => {
-                let lake = world.lake(id)?;
-                Some(lake_found(LAKES.features(world, vec![lake]).pop()?, near_km))
+                let lakes = LAKES.features(world, world.lake(id, clock)?.into_iter().collect(), clock)?;
+                lakes.into_iter().next().map(|lake| lake_found(lake, near_km))
             }
             MayBe::River(top) => {
                 let rivers = world.rivers_from(top);
@@ -217,21 +226,19 @@ impl Called {
                 all.min_by(|a, b| a.distance_km.total_cmp(&b.distance_km))
             }
             MayBe::Peak(cell) => {
-                let peak = world.peak(cell)?;
-                Some(peak_found(PEAKS.features(world, vec![peak]).pop()?, near_km))
+                let peaks = PEAKS.features(world, world.peak(cell, clock)?.into_iter().collect(), clock)?;
+                peaks.into_iter().next().map(|peak| peak_found(peak, near_km))
             }
         };
-        found.filter(|found| found.name.as_ref() == Some(&self.name))
+        Ok(found.filter(|found| found.name.as_ref() == Some(&self.name)))
     }
 }
 
-/// Finds the settlement of a cell, if there is one.
-fn site_found(world: &World, id: SiteId, near_km: [f64; 2]) -> Option<Found> {
-    let site = world.site(id)?;
+fn site_found(world: &World, site: &Site, near_km: [f64; 2]) -> Found {
     let spacing_m = world.spacing_m();
     let at = [site.at[0] as f64 * spacing_m, -site.at[1] as f64 * spacing_m];
-    let found = Found::new(id.to_string(), Some(site.name.clone()), [at; 2], near_km, Vec::new());
-    Some(Found { around_km: 2.0 * LEAST_AROUND_KM, ..found })
+    let found = Found::new(site.id.to_string(), Some(site.name.clone()), [at; 2], near_km, Vec::new());
+    Found { around_km: 2.0 * LEAST_AROUND_KM, ..found }
 }
 
 #[cfg(test)]
@@ -249,22 +256,24 @@ mod tests {
     fn each_kind_of_thing_is_found_by_its_name() {
         let known = world();
         let area = Area::new(-1500, -1500, 3000, 3000);
-        let lake = &LAKES.find(&known, &area)[0];
-        let peak = &PEAKS.find(&known, &area)[0];
+        let lake = &LAKES.find(&known, &area, &Clock::default()).unwrap()[0];
+        let peak = &PEAKS.find(&known, &area, &Clock::default()).unwrap()[0];
         // Every lake that exists must be among the possible lakes.
-        let lakes: BTreeSet<String> = all(&known, [0.0; 2])
+        let lakes: BTreeSet<String> = all(&known, [0.0; 2], &Clock::default())
+            .unwrap()
             .into_iter()
             .filter_map(|called| matches!(called.thing, MayBe::Lake(_)).then_some(called.name))
             .collect();
-        let found = LAKES.find(&known, &area);
+        let found = LAKES.find(&known, &area, &Clock::default()).unwrap();
         assert!(found.len() > 3 && found.iter().all(|lake| lakes.contains(lake.name.as_ref().unwrap())), "{lakes:?}");
-        let river = &known.lines_through(LineKind::River, &area)[0];
-        let site = &known.sites(&area)[0];
+        let river = &known.lines_through(LineKind::River, &area, &Clock::default()).unwrap()[0];
+        let site = &known.sites(&area, &Clock::default()).unwrap()[0];
         for name in [lake.name.clone(), peak.name.clone(), river.name.clone(), Some(site.name.clone())] {
             let name = name.expect("things of this world have names");
             // Searched in another world, whose caches are empty. Another thing nearer to the origin may have the same
             // name.
-            let found = named(known.preset().clone(), Some(11), &name.to_uppercase(), [0.0; 2]).unwrap();
+            let found =
+                named(known.preset().clone(), Some(11), &name.to_uppercase(), [0.0; 2], &Clock::default()).unwrap();
             assert!(found.name.as_ref() == Some(&name) && found.distance_km < 60.0, "{name}: {found:?}");
         }
     }
@@ -273,9 +282,9 @@ mod tests {
     fn hardly_any_land_is_made_to_say_that_a_name_is_wrong() {
         let world = world();
         let before = world.remembered_bytes();
-        let all = all(&world, [0.0; 2]);
+        let all = all(&world, [0.0; 2], &Clock::default()).unwrap();
         assert!(all.len() > 10_000 && world.remembered_bytes() == before, "{} names", all.len());
-        let names = alike(&world, &all, "brondalvatn", [0.0; 2]);
+        let names = alike(&world, &all, "brondalvatn", [0.0; 2], &Clock::default()).unwrap();
         assert!((1..=NEARLY).contains(&names.len()), "{names:?}");
         let made = world.remembered_bytes() - before;
         assert!(made < 24 << 20, "{made} bytes are remembered");

@@ -3,6 +3,8 @@
 //!
 //! A barrier runs from one side of the valley to the other, slightly bowed towards the land, with an inlet at the bed
 //! of the river. It raises the floor of the valley only: higher land stays as it is.
+//!
+//! To judge the numbers chosen by eye, look at the coast of `archipelago`, which has barriers.
 
 use std::sync::Arc;
 
@@ -16,8 +18,10 @@ use super::segment::{Segment, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
+use crate::clock::Clock;
 use crate::geometry::{length, lerp, smooth};
 use crate::hash::{self, Draw, Stream};
+use crate::stop::Stopped;
 
 /// The barriers of a world.
 #[derive(Debug)]
@@ -143,7 +147,13 @@ impl Barriers {
     }
 
     /// Raises the land at an area's nodes.
-    pub fn raise(&self, segments: &Segments, nodes: &Displaced, valleys: &mut Valleys) {
+    pub fn raise(
+        &self,
+        segments: &Segments,
+        nodes: &Displaced,
+        valleys: &mut Valleys,
+        clock: &Clock,
+    ) -> Result<(), Stopped> {
         let fields = &self.fields;
         let barriers: Vec<AreaBarrier> = segments
             .channels
@@ -156,7 +166,7 @@ impl Barriers {
                 Some(AreaBarrier { barrier, beds })
             })
             .collect();
-        stamp::nodes_of(fields, &barriers, nodes, |index, vertex, near| {
+        stamp::nodes_of((fields, clock), &barriers, nodes, |index, vertex, near| {
             let height_m = f64::from(valleys.height_m[index]) - fields.sea_level_m();
             let raised_m = near.iter().map(|AreaBarrier { barrier, beds }| {
                 let off_m = stamp::off_m(fields, nodes, index, vertex, barrier.middle);
@@ -171,7 +181,7 @@ impl Barriers {
                 inlet_m + (top_m - inlet_m) * share - height_m
             });
             valleys.height_m[index] += raised_m.fold(0.0, f64::max) as f32;
-        });
+        })
     }
 
     /// Returns the share of a barrier that stands at a place: 0 in the inlet, which is the bed of its river.
@@ -271,7 +281,7 @@ mod tests {
             };
             let [x, y] = vertex(0.0);
             let area = Area::new(x - 70, y - 70, 141, 141);
-            let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(area, &Clock::default()));
+            let [land, before] = [&fluvial, &bare].map(|fluvial| fluvial.land(area, &Clock::default()).unwrap());
             let [water, wide] = [&land, &before].map(|land| land.water.as_ref().unwrap());
             for (x, y) in area.vertices() {
                 if wide.kind.at(x, y) == WaterKind::Sea && water.kind.at(x, y) == WaterKind::Dry {

@@ -1,4 +1,7 @@
 //! Cuts of beds into the sides of other valleys.
+//!
+//! To judge the numbers chosen by eye, look where side valleys of `alps` and `canyon` come down the walls of larger
+//! ones.
 
 use glam::DVec2;
 

@@ -8,8 +8,8 @@ use crate::geometry::come;
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
 
-/// Largest distance in grains between the places by which a channel is drawn: the world bends what is straight between
-/// two knots.
+/// Largest distance in grains between the places by which a channel is drawn: the warp bends the straight lines between
+/// knots.
 const LINE_STEP: f64 = 3.0 * GRAINS as f64;
 
 /// Least distance in grains from a place where rivers join a channel to the other places by which the channel is drawn.
@@ -93,8 +93,8 @@ pub struct Channel {
     /// Least slope, in metres a grain, at which the floor must rise near the mouth towards the channel that this one
     /// joins, so that the joined channel does not lie above the floor.
     pub joined_slope: f64,
-    /// For a trunk, the next node, and whether this trunk is the upper course of the same river as the one that goes on
-    /// from there. `None` for a trunk that the sea cuts short.
+    /// For a trunk, the next node, and true if the trunk that goes on from there is the same river. `None` for a trunk
+    /// that the sea cuts short.
     pub next: Option<(NodeId, bool)>,
     /// The lake that the knots' `pool_m` belongs to: the channel's own, or that of the channel that it runs into.
     pub lake: Option<LakeId>,

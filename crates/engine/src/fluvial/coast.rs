@@ -108,7 +108,7 @@ pub fn heights(
             let [column, row] = cells(index, at);
             let inland_m = interpolated(&window, column, row);
             let edge_m = fields.coast_m(inland_m);
-            // The mean height that brooks on their way to the sea leave of the land's edge.
+            // Brooks on their way to the sea lower the land's edge to this mean height.
             let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
                 let risen_m = hillsides.slope[index] * (inland_m - shore_m);
                 fields.sea_level_m() as f32 + rest.risen_m(index, risen_m)

@@ -3,6 +3,8 @@
 //! A bed that would pass under the sea runs on above it to the delta's front, and falls from there to its former
 //! height. The valley's floor follows the bed, so the delta is a plain from side to side, and tributaries join the
 //! raised bed.
+//!
+//! To judge the numbers chosen by eye, look at the bays of `archipelago`, at the mouths of its large rivers.
 
 use super::channel::{Knot, ways};
 use super::fields::Fields;

@@ -1,5 +1,8 @@
 //! The fields of a fluvial world, which vary slowly: where its water flows at large, how fast the land rises, where the
 //! sea is.
+//!
+//! To judge the numbers chosen by eye, look at hillshades: bare hillsides in `alps`, terraces in `plains`, beds beside
+//! the coast in `archipelago`.
 
 use std::sync::Arc;
 
@@ -58,8 +61,8 @@ pub struct DryWay {
 pub const COAST_STEP: i64 = 16;
 
 /// Largest length of a tributary in cells, before it wanders. A head that is further from all channels has no
-/// tributary, so that the channels that one depends on are near. Chosen by eye: with two cells mountainsides stay bare,
-/// and three show no more.
+/// tributary, so that a tributary depends only on channels nearby. Chosen by eye: with two cells mountainsides stay
+/// bare, and three show no more.
 const JOIN_CELLS: f64 = 2.5;
 
 /// Distance in vertices that a brook runs on into the sea where there is room: near the shore its bed is deeper than
@@ -70,7 +73,7 @@ pub const INTO_SEA: f64 = 6.0;
 /// less.
 pub const SHORE_HALVINGS: u32 = 20;
 
-/// Number of these halvings for those who look at whole ways only: they find the shore to a hundredth part of a way.
+/// Number of these halvings where only whole ways matter: the shore is then found to a hundredth part of the way.
 pub const FEW_SHORE_HALVINGS: u32 = 3;
 
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
@@ -126,7 +129,7 @@ pub fn across(bed: f64) -> f64 {
 }
 
 /// Share of the depth of drowned valleys that is left open, from one level to the next. It makes coasts as winding as
-/// real ones, of which 2 km are 1.2 to 1.5 times their chord.
+/// real ones: 2 km of a real coastline are 1.2 to 1.5 times as long as their chord.
 const LEFT_OPEN: f64 = 0.25;
 
 /// Least height of lakes above the sea in metres: more than a lake's shores rise above the valley that goes on from the
@@ -255,7 +258,7 @@ impl Fields {
         self.potential.at(at)
     }
 
-    /// Returns the potential at any number of points, for those who know them all beforehand.
+    /// Returns the potential at any number of points, for callers that know all points beforehand.
     pub fn potentials(&self, points: &[Point]) -> Vec<f64> {
         self.potential.at_all(points)
     }
@@ -286,8 +289,8 @@ impl Fields {
         self.sea_level_m() - self.settings.coast.lowstand_m
     }
 
-    /// Returns the height below which the sea has taken all lakes: high enough that the sea comes into none, as floors
-    /// fall a little.
+    /// Returns the least height of a lake: so high above the sea that the sea comes into no lake, as floors fall a
+    /// little.
     pub fn lowest_lake_m(&self) -> f64 {
         self.sea_level_m() + LEAST_LAKE_M
     }
@@ -308,7 +311,8 @@ impl Fields {
         self.uplift_by(self.uplift.at(at))
     }
 
-    /// Returns the [rates of uplift](Fields::uplift) at any number of points, for those who know them all beforehand.
+    /// Returns the [rates of uplift](Fields::uplift) at any number of points, for callers that know all points
+    /// beforehand.
     pub fn uplifts(&self, points: &[Point]) -> Vec<f64> {
         self.uplift.at_all(points).into_iter().map(|noise| self.uplift_by(noise)).collect()
     }
@@ -404,7 +408,7 @@ impl Fields {
         discharge_m3s * SECONDS_A_YEAR / self.settings.runoff_m
     }
 
-    /// Tells whether a channel holds water where it drains this area: it has a spring further up then.
+    /// Tells whether a channel holds water where it drains this area: its spring is then further up.
     pub fn is_wet(&self, area: f64) -> bool {
         self.holds_water(self.discharge_m3s(area))
     }
@@ -446,7 +450,7 @@ impl Fields {
         }
     }
 
-    /// Returns [`Fields::inland_m`] at any number of points, for those who know them all beforehand.
+    /// Returns [`Fields::inland_m`] at any number of points, for callers that know all points beforehand.
     pub fn inlands_m(&self, points: &[Point]) -> Vec<f64> {
         match &self.sea {
             Some(sea) => {

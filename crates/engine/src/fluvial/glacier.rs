@@ -4,6 +4,8 @@
 //! Where the surface is higher than the land, there is ice. It ends in a steep front where the floor is too low for
 //! ice, or holds a river. Ice is a kind of ground and does not change heights: otherwise water would be dammed where
 //! ice meets brooks, which run on under the ice.
+//!
+//! To judge the numbers chosen by eye, look at the cirques of `alps`.
 
 use std::sync::Arc;
 
@@ -16,9 +18,11 @@ use super::segment::{LEVEL, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
+use crate::clock::Clock;
 use crate::geometry::{length, lerp, smooth};
 use crate::grid::Grid;
 use crate::hash::{self, Draw, Stream};
+use crate::stop::Stopped;
 
 /// The glaciers of a world.
 #[derive(Debug)]
@@ -113,11 +117,17 @@ impl Glaciers {
     }
 
     /// Returns the thickness of the ice in metres at each node.
-    pub fn ice_m(&self, segments: &Segments, nodes: &Displaced, valleys: &Valleys) -> Grid<f32> {
+    pub fn ice_m(
+        &self,
+        segments: &Segments,
+        nodes: &Displaced,
+        valleys: &Valleys,
+        clock: &Clock,
+    ) -> Result<Grid<f32>, Stopped> {
         let fields = &self.fields;
         let glaciers: Vec<Glacier> = segments.channels.iter().filter_map(|channel| self.glacier(channel)).collect();
         let mut ice_m = Grid::filled(nodes.area, 0.0);
-        stamp::nodes_of(fields, &glaciers, nodes, |index, vertex, near| {
+        stamp::nodes_of((fields, clock), &glaciers, nodes, |index, vertex, near| {
             let land_m = valleys.height_m[index] as f64;
             // Most nodes near a glacier are higher than all of it, or too far below it.
             let may_hold = |glacier: &&&Glacier| {
@@ -132,8 +142,8 @@ impl Glaciers {
                 if is_beyond { most_m } else { most_m.max((surface_m - land_m) * held) }
             });
             ice_m.values_mut()[index] = thickest_m as f32;
-        });
-        ice_m
+        })?;
+        Ok(ice_m)
     }
 
     /// Returns the glacier in the valley of a channel, if there is one.
@@ -199,7 +209,7 @@ mod tests {
     fn glaciers_lie_high_and_windows_agree_on_them() {
         let fluvial = alps(2300.0);
         let area = Area::new(11_008, -22_400, 256, 384);
-        let land = fluvial.land(area, &Clock::default());
+        let land = fluvial.land(area, &Clock::default()).unwrap();
         let water = land.water.unwrap();
         let ice_m = water.ice_m.unwrap();
         let iced = area.vertices().filter(|(x, y)| ice_m.at(*x, *y) > 1.0).count();
@@ -209,7 +219,7 @@ mod tests {
             assert_ne!(water.kind.at(x, y), WaterKind::Lake);
         }
         for part in area.halves() {
-            let of_part = fluvial.land(part, &Clock::default()).water.unwrap().ice_m.unwrap();
+            let of_part = fluvial.land(part, &Clock::default()).unwrap().water.unwrap().ice_m.unwrap();
             assert_eq!(of_part, ice_m.part(part));
         }
     }
@@ -219,7 +229,8 @@ mod tests {
         let whole_m = [2300.0, 2600.0].map(|line_m| {
             let fluvial = alps(line_m);
             let glaciers = fluvial.glaciers.as_ref().unwrap();
-            let segments = fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), fluvial.detail);
+            let segments =
+                fluvial.segments(Area::new(10_000, -23_400, 2048, 2048), fluvial.detail, &Clock::default()).unwrap();
             let all: Vec<_> = segments.channels.iter().filter_map(|channel| glaciers.glacier(channel)).collect();
             assert!(all.len() > 10, "{} glaciers", all.len());
             for glacier in &all {

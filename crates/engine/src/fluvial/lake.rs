@@ -4,6 +4,8 @@
 //! bed at its outlet. The valley sides rise from the hollow's floor as from any bed, and tributaries run down to the
 //! lake. So shores are contours of the land, bays are the lower ends of side valleys, and every lake on a channel's way
 //! has one outlet.
+//!
+//! To judge the numbers chosen by eye, look at the lakes of `alps` and `highlands`.
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
@@ -158,7 +160,7 @@ impl Hollow {
             let narrow_m = depth_m(fields, hill_slope, trough, (way[sill] - way[inlet]) / LEAST_LENGTH);
             wanted_m.min(rise_m).min(narrow_m).min(steepest / MIDDLE * long_m * FALLS)
         };
-        // Never from the head, where the channel above ends.
+        // No lake begins at the head, where the channel above ends.
         let inlets = (1..sill).rev().take_while(|inlet| way[sill] - way[*inlet] <= lake.length * lake.half_width);
         let best = inlets.map(|inlet| (deepest_m(inlet), inlet)).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, mut inlet)) = best else { return false };
@@ -192,7 +194,7 @@ impl Hollow {
         true
     }
 
-    /// True if a lake with this level at a place is out of the coast's reach.
+    /// True if a lake with this level at a place is so far inland that the coast cannot lower its shore.
     pub fn is_inland(&self, fields: &Fields, at: Point, level_m: f64) -> bool {
         let shore_m = fields.inland_m(at) - COAST_WIDTHS * self.half_width * fields.metres_a_grain();
         level_m >= fields.lowest_lake_m() && (!fields.has_sea() || fields.coast_m(shore_m as f32) as f64 > level_m)
@@ -251,7 +253,7 @@ fn dig(knots: &mut [Knot], level_m: f64, depth_m: f64, has_outlet: bool, least_m
 pub fn fill(knots: &mut [Knot]) {
     for index in (0..knots.len() - 1).rev() {
         let below = knots[index + 1];
-        // Not to the head, where the channel above ends.
+        // The head is never drowned, since the channel above ends there.
         let is_drowned = index > 0 && below.pool_m > below.level_m;
         if knots[index].pool_m > NO_LAKE || is_drowned {
             knots[index].pool_m = if below.pool_m > NO_LAKE { below.pool_m } else { below.level_m };

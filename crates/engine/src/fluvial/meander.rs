@@ -5,6 +5,8 @@
 //! of the course is moved along the course and to its side.
 //!
 //! Based on: W. B. Langbein, L. B. Leopold, River meanders: theory of minimum variance, 1966.
+//!
+//! To judge the numbers chosen by eye, look at the rivers of `plains`.
 
 use std::f64::consts::TAU;
 
@@ -16,8 +18,8 @@ use crate::geometry::LineSegment;
 
 /// Least length of a meander, in widths of its river.
 ///
-/// Half as long again as in L. B. Leopold, M. G. Wolman, River meanders, 1960. So bends stay rounder than two widths
-/// where the warp tightens them, and where a long river is narrower than its mean width.
+/// This is half as long again as in L. B. Leopold, M. G. Wolman, River meanders, 1960, so that bends stay rounder than
+/// two widths where the warp tightens them, and where a long river is narrower than its mean width.
 pub const WAVE_WIDTHS: f64 = 18.0;
 
 /// Width in vertices of the narrowest river for which meanders are made: smaller meanders would be ripples beside the

@@ -85,6 +85,7 @@ use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::memory::Remembers;
 use crate::names::Names;
+use crate::stop::Stopped;
 use barrier::Barriers;
 use detail::{Care, Detail};
 use fields::{DEEPEST_RIVER_M, Fields};
@@ -258,10 +259,13 @@ impl Fluvial {
     }
 
     /// Makes the land at all nodes of an area. `clock` records the time of each stage.
-    pub fn land(&self, area: Area, clock: &Clock) -> Land {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn land(&self, area: Area, clock: &Clock) -> Result<Land, Stopped> {
         let detail = self.detail;
         let whole = |area| {
-            let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, detail), detail));
+            let segments = clock.time(stage::NETWORK, || self.segments(self.around(area, detail), detail, clock))??;
             self.land_of(&segments, area, detail, clock)
         };
         match self.stride / detail.step {

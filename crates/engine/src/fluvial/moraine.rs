@@ -16,8 +16,10 @@ use super::segment::{LEVEL, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
+use crate::clock::Clock;
 use crate::geometry::{length, lerp, smooth};
 use crate::hash::{self, Draw, Stream};
+use crate::stop::Stopped;
 
 /// The moraines of a world.
 #[derive(Debug)]
@@ -137,9 +139,15 @@ impl Moraines {
     }
 
     /// Raises the land at an area's nodes. Where two moraines overlap, the higher one counts.
-    pub fn raise(&self, segments: &Segments, nodes: &Displaced, valleys: &mut Valleys) {
+    pub fn raise(
+        &self,
+        segments: &Segments,
+        nodes: &Displaced,
+        valleys: &mut Valleys,
+        clock: &Clock,
+    ) -> Result<(), Stopped> {
         let (fields, moraines) = (&self.fields, self.around(segments));
-        stamp::nodes_of(fields, &moraines, nodes, |index, vertex, near| {
+        stamp::nodes_of((fields, clock), &moraines, nodes, |index, vertex, near| {
             let raised = near.iter().map(|moraine| {
                 let height_m = moraine.height_m(stamp::off_m(fields, nodes, index, vertex, moraine.middle));
                 // Most nodes near a moraine are not raised by it, so skip the costly share.
@@ -150,7 +158,7 @@ impl Moraines {
                 let share = (0.7 + 0.9 * self.uneven.at(vertex)).clamp(LEAST_SHARE, 1.0);
                 valleys.height_m[index] += (raised_m * share) as f32;
             }
-        });
+        })
     }
 
     /// Returns the share of a moraine's height that a node gets: 0 beside the bed of its channel and on a crest.
@@ -270,7 +278,11 @@ mod tests {
     #[test]
     fn there_is_nothing_of_a_moraine_past_its_reach() {
         let fluvial = alps(1.0);
-        let moraines = fluvial.moraines.as_ref().unwrap().around(&fluvial.segments(AREA, fluvial.detail));
+        let moraines = fluvial
+            .moraines
+            .as_ref()
+            .unwrap()
+            .around(&fluvial.segments(AREA, fluvial.detail, &Clock::default()).unwrap());
         assert!(moraines.len() > 10, "{} moraines", moraines.len());
         for moraine in &moraines {
             let (_, reach_m) = moraine.reach();
@@ -289,7 +301,7 @@ mod tests {
 
     #[test]
     fn moraines_raise_floors_and_no_beds() {
-        let [bare, raised] = [0.0, 1.0].map(|moraines| alps(moraines).land(AREA, &Clock::default()));
+        let [bare, raised] = [0.0, 1.0].map(|moraines| alps(moraines).land(AREA, &Clock::default()).unwrap());
         let (water, mut highest_m) = (bare.water.unwrap(), 0.0f32);
         for (x, y) in AREA.vertices() {
             let raised_m = raised.heights.at(x, y) - bare.heights.at(x, y);
@@ -303,9 +315,9 @@ mod tests {
     #[test]
     fn windows_agree_on_moraines() {
         let fluvial = alps(1.0);
-        let whole = fluvial.land(AREA, &Clock::default()).heights;
+        let whole = fluvial.land(AREA, &Clock::default()).unwrap().heights;
         for part in AREA.halves() {
-            assert_eq!(fluvial.land(part, &Clock::default()).heights, whole.part(part));
+            assert_eq!(fluvial.land(part, &Clock::default()).unwrap().heights, whole.part(part));
         }
     }
 }

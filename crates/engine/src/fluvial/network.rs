@@ -12,6 +12,7 @@
 //! Based on: M. Gaillard, B. Benes, E. Guérin, E. Galin, D. Rohmer, M.-P. Cani, Dendry: a procedural model for
 //! dendritic patterns, 2019 (nested lattices that join the nearest channel).
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -27,8 +28,10 @@ use super::tributary::Tributaries;
 use super::tributary_course;
 use super::trunk_course::{self, TrunkCourses};
 use super::trunk_lattice::Trunks;
+use crate::clock::Clock;
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
+use crate::stop::Stopped;
 
 /// The choice of the channels that land is made of.
 #[derive(Clone, Copy, Debug)]
@@ -96,24 +99,29 @@ impl Network {
     }
 
     /// Calls `take` with all channels of a level that may touch a rectangle, in the order of their cells.
-    pub fn channels(&self, level: u32, rectangle: [Point; 2], take: impl FnMut(&Arc<Channel>)) {
-        self.larger_channels(level, 0.0, rectangle, take);
+    pub fn channels(&self, level: u32, rectangle: [Point; 2], mut take: impl FnMut(&Arc<Channel>)) {
+        let Ok(()) = self.try_channels(level, 0.0, rectangle, |channel| {
+            take(channel);
+            Ok::<_, Infallible>(())
+        });
     }
 
     /// Calls `take` with all channels of a level that may touch a rectangle, but not with trunks that drain less than
     /// `least_area` cells of the trunk lattice. The area of tributaries is not looked at, as it is not known before
     /// they are made.
-    pub fn larger_channels(
+    ///
+    /// # Errors
+    /// The first error of `take`.
+    pub(super) fn try_channels<E>(
         &self,
         level: u32,
         least_area: f64,
         rectangle: [Point; 2],
-        mut take: impl FnMut(&Arc<Channel>),
-    ) {
-        let mut take = |id: ChannelId| {
-            if let Some(channel) = self.channel(id).filter(|channel| overlap(channel.bounds(), rectangle)) {
-                take(&channel);
-            }
+        mut take: impl FnMut(&Arc<Channel>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut take = |id: ChannelId| match self.channel(id) {
+            Some(channel) if overlap(channel.bounds(), rectangle) => take(&channel),
+            _ => Ok(()),
         };
         match level {
             0 => {
@@ -122,15 +130,25 @@ impl Network {
                     f64::from(nodes.drained((*x, *y)).area) >= least_area
                         && TrunkCourses::bounds(&nodes, (*x, *y)).is_some_and(|bounds| overlap(bounds, rectangle))
                 };
-                self.fields.cells(level, self.input(level, rectangle)).filter(touches).for_each(&mut take);
+                self.fields.cells(level, self.input(level, rectangle)).filter(touches).try_for_each(&mut take)
             }
-            _ => self.tributaries.touching(level, rectangle, self).into_iter().for_each(&mut take),
+            _ => self.tributaries.touching(level, rectangle, self).into_iter().try_for_each(&mut take),
         }
     }
 
     /// Returns the segments of the shown channels whose [reach](super::segment::Segment::reach) touches a rectangle,
     /// relative to `origin`.
-    pub fn segments(&self, shown: ShownChannels, rectangle: [Point; 2], origin: Point, reach: Reach) -> Segments {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn segments(
+        &self,
+        shown: ShownChannels,
+        rectangle: [Point; 2],
+        origin: Point,
+        reach: Reach,
+        clock: &Clock,
+    ) -> Result<Segments, Stopped> {
         let asked = rectangle.map(|corner| corner.from(origin));
         let (mut channels, mut all) = (Vec::new(), Vec::new());
         for level in 0..shown.levels {
@@ -157,9 +175,11 @@ impl Network {
                     .for_each(|trunk| take(&Arc::new(trunk)));
                 continue;
             }
-            self.channels(level, around, |channel| {
+            self.try_channels(level, 0.0, around, |channel| {
+                clock.check()?;
                 if shown.least_piece > 0.0 {
-                    return take(&Arc::new(channel.thinned(shown.least_piece)));
+                    take(&Arc::new(channel.thinned(shown.least_piece)));
+                    return Ok(());
                 }
                 take(channel);
                 if level == 0 {
@@ -169,9 +189,10 @@ impl Network {
                         |branch: &Channel| comes_near(branch.bounds().map(|at| at.from(origin)), branch.near);
                     self.branches(channel, is_wanted).iter().for_each(&mut take);
                 }
-            });
+                Ok(())
+            })?;
         }
-        Segments { origin, channels, all }
+        Ok(Segments { origin, channels, all })
     }
 
     /// Returns the wanted branches of a trunk, in their order.

@@ -10,7 +10,7 @@ const LEAST_M: f32 = 0.01;
 /// Least share of a node's ground under rivers at which the node is a river.
 const LEAST_RIVER: f32 = 0.1;
 
-/// Finer nodes a side that are made at once.
+/// Largest number of finer nodes a side that are made at once.
 const MOST_NODES: i64 = 512;
 
 /// The land of an area of nodes, as it is filled in.
@@ -35,14 +35,15 @@ struct Sums {
 }
 
 impl Means {
-    /// Makes the land at the nodes of an area, with `finer` finer nodes from one to the next, whose land `make` makes.
-    /// Each node is the mean of the square around it, in which the finer nodes on the edge count half.
-    pub fn of(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Land) -> Land {
+    /// Makes the land at the nodes of an area from finer nodes, of which there are `finer` from one node to the next
+    /// and whose land `make` makes. Each node is the mean of the square around it, in which the finer nodes on the edge
+    /// count half.
+    pub fn of<E>(area: Area, finer: i64, sea_level_m: f32, make: impl Fn(Area) -> Result<Land, E>) -> Result<Land, E> {
         let mut means = Means { finer, sea_level_m, heights: Grid::filled(area, 0.0), water: Water::none(area) };
         for part in area.squares((MOST_NODES / finer).max(1) as usize) {
-            means.fill(part, &make(around(part, finer)));
+            means.fill(part, &make(around(part, finer))?);
         }
-        Land { heights: means.heights, water: Some(means.water) }
+        Ok(Land { heights: means.heights, water: Some(means.water) })
     }
 
     /// Fills in a part of the area, from the land of the finer nodes around it.
@@ -120,6 +121,8 @@ fn around(area: Area, finer: i64) -> Area {
 
 #[cfg(test)]
 mod tests {
+    use std::convert::Infallible;
+
     use super::*;
 
     #[test]
@@ -136,11 +139,11 @@ mod tests {
                     water.depth_m.row_mut(y, x, x + 1)[0] = -height_m;
                 }
             }
-            land
+            Ok::<_, Infallible>(land)
         };
         let area = Area::new(-90, -40, 180, 90);
         for finer in [2, 8] {
-            let whole = Means::of(area, finer, 0.0, land);
+            let Ok(whole) = Means::of(area, finer, 0.0, land);
             let water = whole.water.as_ref().unwrap();
             for (x, y) in area.vertices() {
                 let (height_m, middle_m) = (whole.heights.at(x, y), (3 * x + y) as f32 * finer as f32 + 0.5);
@@ -150,7 +153,8 @@ mod tests {
                 }
             }
             for part in area.halves() {
-                assert_eq!(Means::of(part, finer, 0.0, land).heights, whole.heights.part(part));
+                let Ok(land) = Means::of(part, finer, 0.0, land);
+                assert_eq!(land.heights, whole.heights.part(part));
             }
         }
     }

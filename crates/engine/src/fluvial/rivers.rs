@@ -17,8 +17,10 @@ use super::strahler::{Strahler, locate};
 use super::trunk_lattice::neighbours;
 use super::valley;
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::lines::{self, Bed, ChannelId, LakeId, Line, LineEnd, LineId, LineKind, LinePoint};
 use crate::memory::{Memory, Remembers, heap_bytes};
+use crate::stop::Stopped;
 
 /// Greatest distance in grains from the place where a channel begins to hold water to the first point of its river,
 /// further down: so the nearest vertex of the rasters is wet.
@@ -109,13 +111,17 @@ enum LiesIn {
 impl Fluvial {
     /// Returns all rivers of which a part lies in the rectangle that the outer vertices of an area span, whole, sorted
     /// by id.
-    pub fn rivers(&self, area: &Area) -> Vec<Arc<Line>> {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn rivers(&self, area: &Area, clock: &Clock) -> Result<Vec<Arc<Line>>, Stopped> {
         let rectangle = self.network_around(area, 0);
         // Many channels of an area belong to the same river, so collect each river once.
         let mut found = BTreeMap::new();
         // Catchments shrink from level to level: below the first level without rivers there are none.
         for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
-            self.network.larger_channels(level, self.detail.least_area, rectangle, |channel| {
+            self.network.try_channels(level, self.detail.least_area, rectangle, |channel| {
+                clock.check()?;
                 // A channel drains most at its mouth: if the mouth is dry, the channel has no river.
                 if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
                     let rivers = self.rivers_of(self.top(channel.id));
@@ -123,9 +129,10 @@ impl Fluvial {
                         rivers.iter().filter(|river| river.touches(area)).map(|river| (river.id, Arc::clone(river))),
                     );
                 }
-            });
+                Ok(())
+            })?;
         }
-        found.into_values().collect()
+        Ok(found.into_values().collect())
     }
 
     /// Returns all rivers of the course that begins in a channel, sorted by id; none if no course begins there.
@@ -143,17 +150,23 @@ impl Fluvial {
 
     /// Returns the lakes that may touch an area, sorted, of all levels whose widest lakes have at least this half width
     /// in metres.
-    pub fn lake_ids(&self, area: &Area, least_half_width_m: f64) -> Vec<LakeId> {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn lake_ids(&self, area: &Area, least_half_width_m: f64, clock: &Clock) -> Result<Vec<LakeId>, Stopped> {
         let rectangle = self.network_around(area, Hollow::widest(&self.fields, 0) as i64);
         let mut lakes = Vec::new();
         let widest_m = |level| Hollow::widest(&self.fields, level) * self.fields.metres_a_grain();
         for level in (0..self.detail.channels.levels).take_while(|level| widest_m(*level) >= least_half_width_m) {
             // Every channel that runs into a lake names the lake, so the channels in its bays find it too.
-            self.network.channels(level, rectangle, |channel| lakes.extend(channel.lake));
+            self.network.try_channels(level, 0.0, rectangle, |channel| {
+                lakes.extend(channel.lake);
+                clock.check()
+            })?;
         }
         lakes.sort_unstable();
         lakes.dedup();
-        lakes
+        Ok(lakes)
     }
 
     /// Tells whether a lake with this id may exist, without making any land.
@@ -191,14 +204,17 @@ impl Fluvial {
     /// Returns Strahler's order of a river at its end, counting only channels that hold water.
     ///
     /// The order needs all tributaries of the river, so it is not stored in the river's line.
-    pub fn order(&self, river: &Line) -> u32 {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn order(&self, river: &Line, clock: &Clock) -> Result<u32, Stopped> {
         let LineId::River { channel: top, .. } = river.course else {
             unreachable!("rivers of the land run in channels")
         };
         let course = self.course(top);
         let part = course.parts.iter().find(|part| part.id == river.id).expect("a course has all of its rivers");
         let (number, place) = part.samples[part.samples.len() - 1].place;
-        self.rivers.strahler.orders(self, &course.channels[number]).at(place)
+        Ok(self.rivers.strahler.orders(self, &course.channels[number], clock)?.at(place))
     }
 
     /// Returns the rectangle of the network that a channel must touch to touch an area of the world, with `spare`
@@ -222,13 +238,13 @@ impl Fluvial {
     }
 
     /// Tells whether an area may have both land and sea.
-    pub(crate) fn may_have_coast(&self, area: Area) -> bool {
+    pub(crate) fn may_have_coast(&self, area: Area, clock: &Clock) -> Result<bool, Stopped> {
         if !self.fields.sea_level_m().is_finite() {
-            return false;
+            return Ok(false);
         }
         let [low, high] = self.network_around(&area, 0);
         if self.skerries(area, self.stride).is_some_and(|skerries| !skerries.is_empty()) {
-            return true;
+            return Ok(true);
         }
         let sea_m = self.fields.sea_level_m();
         // The coast is interpolated between these places: if all of them are under the sea, so is the whole area.
@@ -242,18 +258,15 @@ impl Fluvial {
                 (self.fields.coast_m(inland_m as f32) as f64) < sea_m
             })
         });
-        match wet.next() {
+        let may_have = match wet.next() {
             Some(true) => wet.any(|wet| !wet),
             // Where the coast is above the sea everywhere, a drowned valley may still come in.
             _ => {
-                wet.any(|wet| wet)
-                    || self
-                        .segments(valley::input(area), self.detail)
-                        .all
-                        .iter()
-                        .any(|segment| segment.lowest_m() < sea_m)
+                let segments = || self.segments(valley::input(area), self.detail, clock);
+                wet.any(|wet| wet) || segments()?.all.iter().any(|segment| segment.lowest_m() < sea_m)
             }
-        }
+        };
+        Ok(may_have)
     }
 
     /// Tells whether channels of a level have rivers.

@@ -1,4 +1,7 @@
 //! Segments: the straight parts of channels, and the valley sides that rise from them.
+//!
+//! To judge the numbers chosen by eye, look at hillshades of valley floors: levees in `plains`, feet of valley sides in
+//! `alps`.
 
 use std::sync::Arc;
 
@@ -281,7 +284,7 @@ impl Segment {
     }
 }
 
-/// SegmentBounds of the places and values of some segments.
+/// Bounds of the places and values of some segments.
 #[derive(Clone, Copy, Debug)]
 pub struct SegmentBounds {
     /// The corners of their bounding box.

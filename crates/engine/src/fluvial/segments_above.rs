@@ -255,6 +255,7 @@ impl Above {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::Clock;
     use crate::fluvial::Fluvial;
     use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::network::ShownChannels;
@@ -265,7 +266,10 @@ mod tests {
         let (cell, corner) = (fluvial.fields().side(2) as f64, Point { x: 1 << 30, y: -(1 << 29) });
         let square = [corner, corner.moved(DVec2::splat(6.0 * cell))];
         let origin = origin(fluvial.fields(), corner);
-        let all = fluvial.network().segments(ShownChannels::whole(2), square, origin, Reach::even(3.0 * cell));
+        let all = fluvial
+            .network()
+            .segments(ShownChannels::whole(2), square, origin, Reach::even(3.0 * cell), &Clock::default())
+            .unwrap();
         let name = |segment: &Segment| (all.channels[segment.channel as usize].id, segment.knot);
         let slope = fluvial.fields().least_hill_slope() * fluvial.fields().metres_a_grain();
         // Places in the square, at its edge, and where there are hardly any segments.

@@ -3,6 +3,8 @@
 //! Skerries stand on a lattice of the world, each well inside its cell, so no two touch and there is sea between them.
 //! None reaches the shore: a strip of water along it stays free for rivers that end there. Shoals only raise the sea's
 //! floor.
+//!
+//! To judge the numbers chosen by eye, look at the coasts of `archipelago` and `fjords`.
 
 use glam::DVec2;
 

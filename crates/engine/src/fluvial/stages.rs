@@ -17,6 +17,7 @@ use crate::area::Area;
 use crate::clock::{Clock, stage};
 use crate::land::Land;
 use crate::simd::dispatch;
+use crate::stop::Stopped;
 
 /// Land with valleys and gullies only, before any other stage.
 #[derive(Debug)]
@@ -52,56 +53,71 @@ impl Fluvial {
     }
 
     /// Makes the land at the nodes of an area. `segments` holds at least the segments of channels around it.
-    pub(super) fn land_of(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Land {
-        let carved = self.carve(segments, area, detail, clock);
+    pub(super) fn land_of(
+        &self,
+        segments: &Segments,
+        area: Area,
+        detail: Detail,
+        clock: &Clock,
+    ) -> Result<Land, Stopped> {
+        let carved = self.carve(segments, area, detail, clock)?;
         self.fill_in(segments, area, detail, carved, clock)
     }
 
     /// Makes valleys around an area of nodes, and carves gullies into their sides.
-    fn carve(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Carved {
-        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), detail.step));
+    fn carve(&self, segments: &Segments, area: Area, detail: Detail, clock: &Clock) -> Result<Carved, Stopped> {
+        let nodes = clock.time(stage::WARP, || self.warp.fill(self.around(area, detail), detail.step))?;
         let hillsides = Hillsides::new(&self.fields, nodes.area, detail, self.reach(detail));
         let gullies = self.gullies(detail);
         let read_m = self.crest_read_m(gullies);
         let part = self.around_valleys(area, detail);
-        let mut valleys = clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &hillsides, segments, read_m));
+        let mut valleys =
+            clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &hillsides, segments, read_m, clock))??;
         if let Some(gullies) = gullies {
-            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys));
+            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys, clock))??;
         }
-        Carved { nodes, hillsides, valleys }
+        Ok(Carved { nodes, hillsides, valleys })
     }
 
     /// Adds the stages after valleys and gullies: moraines, barriers, glaciers, coast, breaches and water.
-    fn fill_in(&self, segments: &Segments, area: Area, detail: Detail, carved: Carved, clock: &Clock) -> Land {
+    fn fill_in(
+        &self,
+        segments: &Segments,
+        area: Area,
+        detail: Detail,
+        carved: Carved,
+        clock: &Clock,
+    ) -> Result<Land, Stopped> {
         let Carved { nodes, hillsides, mut valleys } = carved;
         if let Some(moraines) = &self.moraines {
-            clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys));
+            clock.time(stage::MORAINES, || moraines.raise(segments, &nodes, &mut valleys, clock))??;
         }
         if let Some(barriers) = &self.barriers {
-            clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys));
+            clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys, clock))??;
         }
-        let ice_m = self
-            .glaciers
-            .as_ref()
-            .map(|glaciers| clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys)));
-        let coast_m = clock
-            .time(stage::COAST, || coast::heights(&self.fields, detail.is_far, &nodes, &hillsides, &valleys.height_m));
+        let mut ice_m = None;
+        if let Some(glaciers) = &self.glaciers {
+            ice_m = Some(clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys, clock))??);
+        }
+        let coast_m = clock.time(stage::COAST, || {
+            coast::heights(&self.fields, detail.is_far, &nodes, &hillsides, &valleys.height_m)
+        })?;
         if detail.breaches {
-            clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys));
+            clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys))?;
         }
-        let mut land =
-            clock.time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area));
+        let mut land = clock
+            .time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area, clock))??;
         if let Some(water) = &mut land.water {
             water.ice_m = ice_m.map(|ice_m| ice_m.part(area));
         }
-        land
+        Ok(land)
     }
 
     /// Returns the segments of channels that can affect an area of nodes.
-    pub(super) fn segments(&self, area: Area, detail: Detail) -> Segments {
+    pub(super) fn segments(&self, area: Area, detail: Detail, clock: &Clock) -> Result<Segments, Stopped> {
         let Detail { step, channels, .. } = detail;
         let origin = Point::at_vertex(area.x0 * step, area.y0 * step);
-        self.network.segments(channels, self.warp.input(area, step), origin, self.reach(detail))
+        self.network.segments(channels, self.warp.input(area, step), origin, self.reach(detail), clock)
     }
 
     /// Distance from a node within which channels are looked for.
@@ -128,7 +144,8 @@ impl Fluvial {
         hillsides: &Hillsides,
         segments: &Segments,
         read_m: f32,
-    ) -> Valleys {
+        clock: &Clock,
+    ) -> Result<Valleys, Stopped> {
         let mut valleys = Valleys::with_len(nodes.area.len());
         let [east, south] = &nodes.metres;
         dispatch(FillValleys {
@@ -141,8 +158,9 @@ impl Fluvial {
             read_m,
             segments,
             out: &mut valleys,
-        });
-        valleys
+            clock,
+        })?;
+        Ok(valleys)
     }
 
     /// Cuts breaches, through which the hollows of carved land drain.

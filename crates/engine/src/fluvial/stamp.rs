@@ -10,7 +10,8 @@ use super::fields::Fields;
 use super::grain_point::{GRAINS, Point};
 use super::valley;
 use super::warp::Displaced;
-use crate::stop;
+use crate::clock::Clock;
+use crate::stop::Stopped;
 
 /// Vertices a side of a block. Stamps are looked up once for each block.
 const BLOCK: usize = 16;
@@ -27,11 +28,16 @@ pub fn known_m(fields: &Fields, level: u32) -> f64 {
 }
 
 /// Calls `take` with each node that stamps may reach: its index, its vertex, and these stamps.
-pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut take: impl FnMut(usize, Point, &[&T])) {
+pub fn nodes_of<T: Stamp>(
+    (fields, clock): (&Fields, &Clock),
+    stamps: &[T],
+    nodes: &Displaced,
+    mut take: impl FnMut(usize, Point, &[&T]),
+) -> Result<(), Stopped> {
     let (area, metres) = (nodes.area, fields.metres_a_grain());
     let node_m = (nodes.step * GRAINS) as f64 * metres;
     for block in area.squares(BLOCK).filter(|_| !stamps.is_empty()) {
-        stop::check();
+        clock.check()?;
         let [least, greatest] = nodes.extremes(block);
         let across_m = [block.width(), block.height()].map(|nodes| (nodes - 1) as f64 * node_m);
         let corner = Point::at_vertex(block.x0 * nodes.step, block.y0 * nodes.step);
@@ -50,6 +56,7 @@ pub fn nodes_of<T: Stamp>(fields: &Fields, stamps: &[T], nodes: &Displaced, mut 
             take(area.index(x, y), Point::at_vertex(x * nodes.step, y * nodes.step), &near);
         }
     }
+    Ok(())
 }
 
 /// Returns the metres east and south from a point to a node, given by its index and vertex.

@@ -11,9 +11,11 @@ use super::channel::{Channel, Mouth};
 use super::grain_point::{Point, padded};
 use super::segments_above::AsksAbove;
 use super::trunk_lattice::{NodeId, neighbours};
+use crate::clock::Clock;
 use crate::geometry::LineSegment;
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers, heap_bytes};
+use crate::stop::Stopped;
 
 /// A tributary with water, where it joins a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,16 +83,16 @@ impl Strahler {
     }
 
     /// Returns the orders of a channel.
-    pub fn orders(&self, fluvial: &Fluvial, channel: &Channel) -> Orders {
+    pub fn orders(&self, fluvial: &Fluvial, channel: &Channel, clock: &Clock) -> Result<Orders, Stopped> {
         let start = match channel.id {
-            (0, x, y) => *self.starts.get((x, y), || self.start(fluvial, (x, y))),
+            (0, x, y) => *self.starts.try_get((x, y), || self.start(fluvial, (x, y), clock))?,
             _ => 1,
         };
-        Orders { start, joins: self.joins(fluvial, channel) }
+        Ok(Orders { start, joins: self.joins(fluvial, channel, clock)? })
     }
 
     /// Computes the order at the node where a trunk begins, from all trunks above the node.
-    fn start(&self, fluvial: &Fluvial, node: NodeId) -> u32 {
+    fn start(&self, fluvial: &Fluvial, node: NodeId, clock: &Clock) -> Result<u32, Stopped> {
         let network = fluvial.network();
         let nodes = &network.trunks().look();
         let donors = |id: NodeId| {
@@ -111,17 +113,17 @@ impl Strahler {
         for id in above.into_iter().skip(1).rev() {
             let start = met(donors(id).map(|donor| ends[&donor]));
             let channel = network.channel((0, id.0, id.1)).expect("what drains to a node has a channel there");
-            ends.insert(id, Orders { start, joins: self.joins(fluvial, &channel) }.end());
+            ends.insert(id, Orders { start, joins: self.joins(fluvial, &channel, clock)? }.end());
         }
-        met(donors(node).map(|donor| ends[&donor]))
+        Ok(met(donors(node).map(|donor| ends[&donor])))
     }
 
     /// Returns the tributaries with water that join a channel, from its head down.
-    fn joins(&self, fluvial: &Fluvial, channel: &Channel) -> Arc<Vec<Join>> {
-        self.joins.get(channel.id, || self.find_joins(fluvial, channel))
+    fn joins(&self, fluvial: &Fluvial, channel: &Channel, clock: &Clock) -> Result<Arc<Vec<Join>>, Stopped> {
+        self.joins.try_get(channel.id, || self.find_joins(fluvial, channel, clock))
     }
 
-    fn find_joins(&self, fluvial: &Fluvial, channel: &Channel) -> Vec<Join> {
+    fn find_joins(&self, fluvial: &Fluvial, channel: &Channel, clock: &Clock) -> Result<Vec<Join>, Stopped> {
         let network = fluvial.network();
         let around = padded(channel.bounds(), 1.0);
         let mut joins = Vec::new();
@@ -129,16 +131,18 @@ impl Strahler {
             if !fluvial.has_rivers(level) {
                 break;
             }
-            network.channels(level, around, |tributary| {
+            network.try_channels(level, 0.0, around, |tributary| {
+                clock.check()?;
                 if tributary.mouth == Mouth::Channel(channel.id) {
-                    let order = self.orders(fluvial, tributary).end();
+                    let order = self.orders(fluvial, tributary, clock)?.end();
                     let at = tributary.knots[tributary.knots.len() - 1].at;
                     joins.push(Join { place: locate(channel, at), id: tributary.id, order });
                 }
-            });
+                Ok(())
+            })?;
         }
         joins.sort_by(|a, b| a.place.total_cmp(&b.place).then(a.id.cmp(&b.id)));
-        joins
+        Ok(joins)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The lift: the change of heights by layers of rock and by the ceiling. It is strictly increasing, so it makes no
 //! pits. Layers begin at the sea's level, so the lift moves no shores.
+//!
+//! To judge the numbers chosen by eye, look at the cliffs of `canyon`.
 
 use super::fields::Fields;
 use super::settings::Strata;

@@ -16,13 +16,14 @@ use crate::geometry::lerp;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Remembers, heap_bytes};
+use crate::stop::Stopped;
 
 /// Sides in nodes of a block of sparse land, and of a block with gullies, which is made with a margin around it.
 const BLOCK: i64 = 16;
 const GULLY_BLOCK: i64 = 32;
 
-/// Sides in vertices of the squares for which channels are gathered at a time, with and without dry brooks. Without
-/// them there are fewer channels, and these matter further.
+/// Sides in vertices of the squares for which channels are gathered at a time, with and without dry brooks. Without dry
+/// brooks there are fewer channels, which matter at larger distances.
 const PAGE: i64 = 256;
 const WET_PAGE: i64 = 512;
 
@@ -80,6 +81,15 @@ pub trait Survey: Sync {
     fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
 }
 
+/// A survey, and the clock of the work that asks it.
+#[derive(Clone, Copy)]
+pub struct Surveyed<'a> {
+    /// The survey.
+    pub survey: &'a dyn Survey,
+    /// The clock, which stops the work.
+    pub clock: &'a Clock,
+}
+
 /// A straight piece of a river's middle line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RiverPiece {
@@ -105,9 +115,10 @@ impl RiverPiece {
 /// Largest distance between nodes, in vertices, at which the survey knows of gullies.
 pub(super) const MOST_GULLY_STEP: i64 = 4;
 
-/// Distance in cells of the finest level that is seen within which the survey knows channels. It is shorter than for
+/// Distance within which the survey knows channels, in cells of the finest level that it knows. It is shorter than for
 /// tiles, because all that lies around the planned land is made for the survey alone. With 3 cells, 2 in 100 vertices
-/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000; without dry brooks that matters little.
+/// differ from the tiles by a centimetre or more, with 4 less than 1 in 1000. Without dry brooks this
+/// hardly matters.
 const BROOK_CELLS: i64 = 4;
 const WET_CELLS: i64 = 3;
 
@@ -159,7 +170,9 @@ impl Survey for Fluvial {
         let spring_m3s = fields.spring_m3s();
         let levels = self.wet_levels();
         let origin = Point::at_vertex(area.x0, area.y0);
-        let pieces = self.network().segments(ShownChannels::whole(levels), rectangle, origin, Reach::even(0.0));
+        let shown = ShownChannels::whole(levels);
+        let segments = |clock: &_| self.network().segments(shown, rectangle, origin, Reach::even(0.0), clock);
+        let pieces = Clock::unstopped(segments);
         let asked = [Point::at_vertex(area.x0, area.y0), Point::at_vertex(area.x1, area.y1)];
         let mut rivers = Vec::new();
         // The end of the last piece, in the network and in the world.
@@ -241,7 +254,9 @@ impl Fluvial {
         let side = sampling.block();
         for part in nodes.squares(side as usize) {
             let own = part.on_grid(side);
-            let block = self.survey.blocks.get((sampling, [own.x0, own.y0]), || self.block(sampling, own));
+            // A block takes little time, so planners look at their clock from block to block.
+            let block = || Clock::unstopped(|clock| self.block(sampling, own, clock));
+            let block = self.survey.blocks.get((sampling, [own.x0, own.y0]), block);
             for y in part.y0..part.y1 {
                 let (source, target) = (own.index(part.x0, y), nodes.index(part.x0, y));
                 let len = part.width();
@@ -273,24 +288,24 @@ impl Fluvial {
         }
     }
 
-    fn block(&self, sampling: Sampling, area: Area) -> SurveyBlock {
+    fn block(&self, sampling: Sampling, area: Area, clock: &Clock) -> Result<SurveyBlock, Stopped> {
         let Sampling { step, dry_brooks } = sampling;
         let detail = self.surveyed(sampling);
-        // The area of the channels that may reach the block's nodes. The others around a page would be looked at in
-        // vain.
+        // Only channels in this area can reach the block's nodes; a page has many others.
         let around = self.around(area, detail);
         let page_side = if dry_brooks { PAGE } else { WET_PAGE };
         let segments = if sampling.block() * step <= page_side {
             let page = Area::new(area.x0 * step, area.y0 * step, 1, 1).on_grid(page_side);
             let whole = self.surveyed(Sampling { step: 1, dry_brooks });
             let around_page = self.around(page, whole);
-            let pieces = self.survey.pages.get((dry_brooks, [page.x0, page.y0]), || self.segments(around_page, whole));
+            let pieces = || self.segments(around_page, whole, clock);
+            let pieces = self.survey.pages.try_get((dry_brooks, [page.x0, page.y0]), pieces)?;
             pieces.near(self.warp.input(around, step), self.reach(detail))
         } else {
-            self.segments(around, detail)
+            self.segments(around, detail, clock)?
         };
-        let land = self.land_of(&segments, area, detail, &Clock::default());
+        let land = self.land_of(&segments, area, detail, clock)?;
         let kinds = land.water.expect("fluvial land knows its water").kind;
-        SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() }
+        Ok(SurveyBlock { heights_m: land.heights.values().to_vec(), waters: kinds.values().to_vec() })
     }
 }

@@ -78,10 +78,10 @@ const ALL_M: f32 = 1e6;
 
 fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     let wide = valley::input(area.padded(WIDE));
-    let segments = fluvial.segments(wide, fluvial.detail);
+    let segments = fluvial.segments(wide, fluvial.detail, &Clock::default()).unwrap();
     let nodes = fluvial.warp.fill(wide, 1);
     let hillsides = hillsides_of(&fluvial, wide);
-    let valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
+    let valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M, &Clock::default()).unwrap();
     Known { segments, nodes, hillsides, valleys }
 }
 
@@ -127,9 +127,9 @@ fn no_other_segments_matter_elsewhere() {
 fn no_other_segments_matter_in(names: &[&str]) {
     for name in names {
         let fluvial = relief(name);
-        let expected = fluvial.land(AREA, &Clock::default());
-        let wide = fluvial.segments(AREA.padded(600), fluvial.detail);
-        let near = fluvial.segments(valley::input(AREA), fluvial.detail);
+        let expected = fluvial.land(AREA, &Clock::default()).unwrap();
+        let wide = fluvial.segments(AREA.padded(600), fluvial.detail, &Clock::default()).unwrap();
+        let near = fluvial.segments(valley::input(AREA), fluvial.detail, &Clock::default()).unwrap();
         let key = |of: &Segments, segment: &Segment| (of.channels[segment.channel as usize].id, segment.knot);
         let known: BTreeSet<_> = near.all.iter().map(|segment| key(&near, segment)).collect();
         let mut poisoned = wide.all.clone();
@@ -143,7 +143,7 @@ fn no_other_segments_matter_in(names: &[&str]) {
         }
         assert!(beyond > 1000, "{name}: {beyond} segments lie beyond the reach");
         let segments = Segments { origin: wide.origin, channels: wide.channels, all: poisoned };
-        let land = fluvial.land_of(&segments, AREA, fluvial.detail, &Clock::default());
+        let land = fluvial.land_of(&segments, AREA, fluvial.detail, &Clock::default()).unwrap();
         assert_eq!(land.heights, expected.heights, "{name}");
     }
 }
@@ -171,10 +171,10 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
             let fluvial = Fluvial::new(settings, (preset.spacing_m, Stride::ONE), preset.sea_level_m, 4, None);
             let area = valley::input(AREA);
             let (nodes, hillsides) = (fluvial.warp.fill(area, 1), hillsides_of(&fluvial, area));
-            let segments = fluvial.segments(area, fluvial.detail);
+            let segments = fluvial.segments(area, fluvial.detail, &Clock::default()).unwrap();
             let read_m = fluvial.crest_read_m(fluvial.gullies.first());
-            let told = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, read_m);
-            let whole = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
+            let told = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, read_m, &Clock::default()).unwrap();
+            let whole = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M, &Clock::default()).unwrap();
             assert_eq!(told.height_m, whole.height_m, "{name}, {levels} levels");
             let expected: Vec<f32> = whole.crest_m.iter().map(|crest_m| crest_m.min(read_m)).collect();
             assert_eq!(told.crest_m, expected, "{name}, {levels} levels");
@@ -198,7 +198,7 @@ fn gullies_read_their_input_alone_in(names: &[&str]) {
         let fluvial = relief(name);
         let gullies = &fluvial.gullies[0];
         let carved = |mut known: Known| {
-            gullies.carve(&known.nodes, &known.hillsides.slope, &mut known.valleys);
+            gullies.carve(&known.nodes, &known.hillsides.slope, &mut known.valleys, &Clock::default()).unwrap();
             let mut heights = Grid::filled(known.nodes.area, 0.0);
             heights.values_mut().copy_from_slice(&known.valleys.height_m);
             heights.part(AREA)
@@ -217,10 +217,10 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let gullies = &fluvial.gullies[0];
     let area = valley::input(Area::new(-1200, 300, 640, 640));
     let (nodes, hillsides) = (fluvial.warp.fill(area, 1), hillsides_of(&fluvial, area));
-    let segments = fluvial.segments(area, fluvial.detail);
-    let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M);
+    let segments = fluvial.segments(area, fluvial.detail, &Clock::default()).unwrap();
+    let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M, &Clock::default()).unwrap();
     let bare_m = valleys.height_m.clone();
-    gullies.carve(&nodes, &hillsides.slope, &mut valleys);
+    gullies.carve(&nodes, &hillsides.slope, &mut valleys, &Clock::default()).unwrap();
     let step_m = |(x, y): (i64, i64)| {
         let [here, next] = [area.index(x, y), area.index(x + 1, y)];
         // Below a crest gullies deepen fast, which is no break.
@@ -238,7 +238,9 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
 fn water_reads_its_input_alone() {
     for name in ["alps", "archipelago"] {
         let fluvial = relief(name);
-        let filled = |known: &Known| fluvial.water(&known.segments, &known.nodes, &known.valleys, None).fill(AREA);
+        let filled = |known: &Known| {
+            fluvial.water(&known.segments, &known.nodes, &known.valleys, None).fill(AREA, &Clock::default()).unwrap()
+        };
         let expected = filled(&known(&fluvial));
         let land = filled(&poisoned(known(&fluvial), water::input(AREA), AREA));
         assert_eq!(land.heights, expected.heights, "{name}");
@@ -286,13 +288,15 @@ fn channels_stay_within_their_reach_in(names: &[&str]) {
 #[test]
 fn whole_patches_read_the_same_as_their_parts() {
     let fluvial = relief("alps");
-    let whole = fluvial.land(AREA.padded(WIDE), &Clock::default());
-    assert_eq!(whole.heights.part(AREA), fluvial.land(AREA, &Clock::default()).heights);
+    let whole = fluvial.land(AREA.padded(WIDE), &Clock::default()).unwrap();
+    assert_eq!(whole.heights.part(AREA), fluvial.land(AREA, &Clock::default()).unwrap().heights);
 }
 
 /// Returns the tributaries whose heads lie in a square of `vertices` vertices of the network's plane.
 fn tributaries(fluvial: &Fluvial, vertices: i64) -> Vec<Arc<Channel>> {
-    let segments = fluvial.segments(Area::new(0, 0, vertices as usize, vertices as usize), fluvial.detail);
+    let segments = fluvial
+        .segments(Area::new(0, 0, vertices as usize, vertices as usize), fluvial.detail, &Clock::default())
+        .unwrap();
     let end = Point::at_vertex(vertices, vertices);
     let inside = |at: Point| at.x >= 0 && at.y >= 0 && at.x < end.x && at.y < end.y;
     let wanted = |channel: &&Arc<Channel>| channel.id.0 > 0 && inside(channel.knots[0].at);
@@ -387,12 +391,16 @@ fn glaciers_leave_wide_floors_and_cirques() {
 /// Returns the segments of larger valleys around a tributary.
 fn larger(fluvial: &Fluvial, channel: &Channel) -> Segments {
     let [low, high] = channel.bounds();
-    fluvial.network.segments(
-        ShownChannels::whole(channel.id.0),
-        [low, high],
-        low,
-        valley::reach(&fluvial.fields, fluvial.fields.levels()),
-    )
+    fluvial
+        .network
+        .segments(
+            ShownChannels::whole(channel.id.0),
+            [low, high],
+            low,
+            valley::reach(&fluvial.fields, fluvial.fields.levels()),
+            &Clock::default(),
+        )
+        .unwrap()
 }
 
 #[test]
@@ -499,7 +507,7 @@ fn the_coast_cuts_no_pits_into_the_land() {
     let fluvial = seeded("archipelago", 73002);
     for (x0, y0, side) in [(-10_824, -366, 24), (-10_713, -457, 96)] {
         let area = Area::new(x0, y0, side, side);
-        let land = fluvial.land(area, &Clock::default());
+        let land = fluvial.land(area, &Clock::default()).unwrap();
         let inner = Area::new(x0 + 1, y0 + 1, side - 2, side - 2);
         for (x, y) in inner.vertices() {
             let around = (-1..=1).flat_map(|v| (-1..=1).map(move |u| (x + u, y + v)));
@@ -519,10 +527,10 @@ fn springs_lie_on_the_ground_and_in_their_water() {
     ] {
         let fluvial = seeded(preset, seed);
         let area = Area::new(x - side / 2, y - side / 2, side as usize, side as usize);
-        let land = fluvial.land(area, &Clock::default());
+        let land = fluvial.land(area, &Clock::default()).unwrap();
         let water = land.water.as_ref().unwrap();
         let mut springs = 0;
-        for river in fluvial.rivers(&area) {
+        for river in fluvial.rivers(&area, &Clock::default()).unwrap() {
             let place = river.points[0].place;
             let vertex = |at: fn(f64) -> f64| [0, 1].map(|axis| river.origin[axis] + at(place[axis]) as i64);
             let [x, y] = vertex(f64::floor);
@@ -573,7 +581,7 @@ fn bare_land_ends_without_steps_where_the_reach_of_its_channel_does() {
     // Below a ridge, a hillside without a brook falls to the coast for more than a kilometre.
     let fluvial = seeded("archipelago", 151_002);
     let area = Area::new(1_085_952, -2_843_360, 96, 72);
-    let heights = fluvial.land(area, &Clock::default()).heights;
+    let heights = fluvial.land(area, &Clock::default()).unwrap().heights;
     let inner = Area { x0: area.x0 + 1, y0: area.y0 + 1, ..area };
     for (x, y) in inner.vertices() {
         for beside in [heights.at(x - 1, y), heights.at(x, y - 1)] {
@@ -588,7 +596,7 @@ fn rills_furrow_some_hillsides_and_no_rivers() {
     let [bare, furrowed] =
         [0.05, 1.0].map(|rills| Fluvial::of_preset("alps", 4, |settings| settings.rills = Some(rills)));
     let area = Area::new(-300, 1000, 192, 192);
-    let [bare, furrowed] = [&bare, &furrowed].map(|fluvial| fluvial.land(area, &Clock::default()));
+    let [bare, furrowed] = [&bare, &furrowed].map(|fluvial| fluvial.land(area, &Clock::default()).unwrap());
     let deeper_m = |x, y| bare.heights.at(x, y) - furrowed.heights.at(x, y);
     for (x, y) in area.vertices() {
         let is_river = bare.water.as_ref().unwrap().kind.at(x, y) == WaterKind::River;
@@ -615,7 +623,7 @@ fn steep_land_is_rough_and_rivers_are_not() {
     let [smooth, rough] =
         [0.0, 1.0].map(|roughness| Fluvial::of_preset("alps", 4, |settings| settings.roughness = roughness));
     let area = Area::new(-300, 1000, 192, 192);
-    let [smooth, rough] = [&smooth, &rough].map(|fluvial| fluvial.land(area, &Clock::default()));
+    let [smooth, rough] = [&smooth, &rough].map(|fluvial| fluvial.land(area, &Clock::default()).unwrap());
     let (mut steep, mut rougher) = (0, 0);
     let inside = Area { x0: area.x0, y0: area.y0, x1: area.x1 - 1, y1: area.y1 - 1 };
     for (x, y) in inside.vertices() {
@@ -690,13 +698,13 @@ fn the_segments_near_a_part_are_those_that_it_would_ask_for() {
     for name in ["alps", "archipelago"] {
         let fluvial = relief(name);
         let (part, detail) = (Area::new(-40, 70, 32, 32), fluvial.detail);
-        let all = fluvial.segments(part.padded(400), detail);
+        let all = fluvial.segments(part.padded(400), detail, &Clock::default()).unwrap();
         let near = all.near(fluvial.warp.input(part, 1), fluvial.reach(detail));
         let names = |segments: &Segments| {
             let name = |segment: &Segment| (segments.channels[segment.channel as usize].id, segment.knot);
             segments.all.iter().map(name).collect::<BTreeSet<_>>()
         };
-        assert_eq!(names(&near), names(&fluvial.segments(part, detail)), "{name}");
+        assert_eq!(names(&near), names(&fluvial.segments(part, detail, &Clock::default()).unwrap()), "{name}");
         assert!(near.all.len() < all.all.len(), "{name}: {} segments", near.all.len());
     }
 }

@@ -4,6 +4,8 @@
 //! trunks are made does not matter: a smooth curve; a curve that bends less, where the first comes too close to the
 //! curve of a trunk that shares a node; meanders, in a tube that no other trunk's tube meets; and a bed that stays
 //! below the coast and below the sides of the larger valley that it joins.
+//!
+//! To judge the numbers chosen by eye, look at the courses of the largest rivers, on a map of many trunk cells.
 
 use std::sync::Arc;
 
@@ -57,7 +59,7 @@ const WAVE_TURNS: (f64, f64) = (0.7, 0.3);
 /// turns by at most 60 degrees.
 const MOST_SKEW: f64 = 0.6;
 
-/// Parts of a trunk's course for each of which the room beside it is measured.
+/// Number of parts of a trunk's course. The room beside the trunk is measured for each part.
 const ROOMS: usize = 32;
 
 /// Greatest distance of a trunk from its course, as a share of its length.
@@ -80,8 +82,8 @@ pub struct TrunkCourses {
     seed: u64,
     fields: Arc<Fields>,
     nodes: Trunks,
-    /// For each of [`BENDS`], the curves of the trunks. After the first, only curves that differ from the one with the
-    /// bend before.
+    /// For each of [`BENDS`], the curves of the trunks. After the first bend, only curves that differ from those with
+    /// the bend before are kept.
     bent: [Memory<NodeId, Option<Arc<Channel>>>; BENDS.len()],
     free: Memory<NodeId, Option<Arc<Channel>>>,
 }

@@ -1,4 +1,6 @@
 //! The curves of trunks from node to node, before they meander: knots with level and area.
+//!
+//! To judge the numbers chosen by eye, look at the courses of the largest rivers, on a map of many trunk cells.
 
 use glam::DVec2;
 

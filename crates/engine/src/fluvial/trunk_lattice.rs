@@ -107,7 +107,7 @@ type NodePatch = (i64, i64);
 pub struct Trunks {
     seed: u64,
     fields: Arc<Fields>,
-    /// Number of halvings by which the place is found where a way meets the shore.
+    /// Number of halvings of a way in the search for the place where it meets the shore.
     halvings: u32,
     nodes: Memory<NodePatch, Vec<TrunkNode>>,
     /// The links of the nodes of a patch after some rounds of spilling: which of its neighbours each node drains to.
@@ -290,8 +290,7 @@ impl Look<'_> {
         root
     }
 
-    /// Returns all nodes that drain to a sink after some rounds of spilling. Each node follows the one that it drains
-    /// to.
+    /// Returns all nodes that drain to a sink after some rounds of spilling, each after the node that it drains to.
     fn flood(&self, rounds: usize, sink: NodeId) -> Vec<NodeId> {
         let mut nodes = vec![sink];
         let mut next = 0;
@@ -339,7 +338,8 @@ impl Look<'_> {
         })
     }
 
-    /// True if water flows along the other diagonal of the square between two diagonal neighbours.
+    /// True if an edge between two diagonal neighbours would cross water that flows along the other diagonal of their
+    /// square.
     fn is_crossed(&self, rounds: usize, a: NodeId, b: NodeId) -> bool {
         // No edge crosses one along an axis: nodes stand less than a quarter of a cell off its middle.
         if a.0 == b.0 || a.1 == b.1 {
@@ -449,8 +449,8 @@ impl Look<'_> {
         flood.into_iter().map(|place| basin.nodes[place].0).collect()
     }
 
-    /// Returns for each node of a basin the greatest height in metres that the coast leaves it. Water from lower land
-    /// lies lower still, so the least height is handed on downstream.
+    /// Returns for each node of a basin the largest height in metres that it may have beside the coast. A river never
+    /// rises, so a node's limit also holds for all nodes downstream.
     fn below_coast_m(&self, flood: &[NodeId], ways: &Ways, basin: &Basin) -> Vec<f64> {
         let below_m = |potential: f64| self.fields.below_coast_of_m(potential, self.fields.lowstand_level_m());
         let mut most_m: Vec<f64> = basin.nodes.iter().map(|(id, _)| below_m(self.node(*id).potential)).collect();
@@ -466,8 +466,8 @@ impl Look<'_> {
         most_m
     }
 
-    /// Sets the levels of a basin's nodes from the sink up: by the slope of rivers, but no higher than the coast leaves
-    /// them.
+    /// Sets the levels of a basin's nodes from the sink up: by the slope of rivers, but no higher than the coast
+    /// permits.
     fn set_levels(&self, flood: &[NodeId], ways: &Ways, basin: &mut Basin) {
         let most_m = self.below_coast_m(flood, ways, basin);
         for id in flood {
@@ -487,8 +487,8 @@ impl Look<'_> {
             let slope = self.fields.river_slope(self.fields.uplift(node.at), area as f64);
             let free_m = below_m + length_m * slope;
             let drained = &mut basin.nodes[here].1;
-            // The least fall is applied last: that water falls matters more than that the bed lies below the coast. It
-            // is never steeper than the law of rivers has it.
+            // The least fall is applied last, since a falling river matters more than a bed below the coast. The fall
+            // is never steeper than the law of rivers makes it.
             drained.level_m = free_m.min(most_m[here]).max(below_m + length_m * slope.min(LEAST_SLOPE));
             if most_m[here] < free_m || drained.level_m < self.fields.lowest_lake_m() {
                 // The land falls away towards the sea, or the sea has come in.

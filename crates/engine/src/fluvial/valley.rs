@@ -16,8 +16,9 @@ use super::hillsides::Hillsides;
 use super::segment::{Reach, Segments};
 use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide, column};
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::simd::{Kernel, MAX_LANES, Simd};
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Side of a patch in vertices. In a smaller patch fewer segments may be lowest; in a larger one more vertices share
 /// the cost of finding them.
@@ -115,6 +116,7 @@ pub struct FillValleys<'a> {
     pub segments: &'a Segments,
     /// The valleys that are written.
     pub out: &'a mut Valleys,
+    pub clock: &'a Clock,
 }
 
 /// The warped places of a group of vertices: a circle that holds them all, by its centre and radius in metres.
@@ -160,10 +162,10 @@ impl Extent {
 }
 
 impl Kernel for FillValleys<'_> {
-    type Output = ();
+    type Output = Result<(), Stopped>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(self, simd: S) -> Result<(), Stopped> {
         let mut work = Workspace::default();
         let reach = self.hillsides.reach;
         for (number, segment) in self.segments.all.iter().enumerate() {
@@ -174,9 +176,10 @@ impl Kernel for FillValleys<'_> {
         work.all.pad();
         let mut this = self;
         for block in this.part.squares(BLOCK * PATCH) {
-            stop::check();
+            this.clock.check()?;
             this.block(simd, block, &mut work);
         }
+        Ok(())
     }
 }
 

@@ -1,5 +1,7 @@
 //! The sides of valleys in lanes: segments in columns, and the height at a point of the valley side that rises from a
 //! segment.
+//!
+//! To judge the numbers chosen by eye, look for steps at the borders of patches in hillshades.
 
 use super::fields::Fields;
 use super::grain_point::GRAINS;
@@ -26,9 +28,9 @@ pub const LEAST_HALF_WIDTH: f64 = 1.0;
 const FAR: f32 = 0.8;
 pub const FAR_STEEPER: f32 = 1.5;
 
-/// The columns of a segment's numbers. The first nine take two columns each: of a place and a way, metres east and
-/// south; of the others, the value at the upper end and the change to the lower end, so that a value between takes a
-/// product and a sum.
+/// The columns of a segment's numbers. The first nine numbers take two columns each. For a place and a way, these are
+/// metres east and south. For the others, they are the value at the upper end and the change to the lower end, so that
+/// a value between the ends takes one product and one sum.
 pub mod column {
     pub const FROM: usize = 0;
     pub const ALONG: usize = 2;
@@ -43,8 +45,8 @@ pub mod column {
     pub const PER_SQUARE: usize = 18;
     /// Change of a segment's level per metre along it.
     pub const BED_CHANGE: usize = 19;
-    /// Largest change per metre along a segment of the rise of its side, by all changes of its widths, for a hillside
-    /// of slope 1.
+    /// Largest change of the rise of a segment's side per metre along the segment, by all changes of its widths, for a
+    /// hillside of slope 1.
     pub const FLOOR_CHANGE: usize = 20;
     /// Change of a segment's slope across the channel per metre along it.
     pub const CROSS_CHANGE: usize = 21;
@@ -271,7 +273,7 @@ impl<S: Simd> LaneSegment<S> {
             }
         }
         if self.floor.levees > 0.0 {
-            // As high as leaves room for the levee to fall again on the level floor.
+            // The levee is so low that it has room to fall again on the level floor.
             let room =
                 simd.max(level - river, zero) * simd.splat((1.0 / (1.0 / LEVEE_RISES + 1.0 / LEVEE_FALLS)) as f32);
             let height = simd.min(river * simd.splat(self.floor.levees * LEVEE as f32), room);

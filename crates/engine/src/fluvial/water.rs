@@ -1,4 +1,6 @@
 //! Water: cuts beds into the land, and fills in rivers, lakes and the sea.
+//!
+//! To judge the numbers chosen by eye, look at the banks and bars of large rivers, as in `plains`.
 
 use glam::DVec2;
 
@@ -11,10 +13,11 @@ use super::valley::Valleys;
 use super::valley_side::LEAST_HALF_WIDTH;
 use super::warp::Displaced;
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::geometry::{LineSegment, lerp};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Half width in vertices of the widest bed of a brook, for places where the warp draws vertices apart.
 const MOST_HALF_WIDTH: f64 = 3.0;
@@ -45,8 +48,8 @@ const OUTER_BANK: f32 = 0.6;
 /// valley has cut into the bed.
 const BAR_M: f32 = 0.25;
 
-/// Greatest rise of a bed with the land around it, as a share of its depth: next to nothing, but enough that no two
-/// neighbouring vertices are equally high.
+/// Greatest rise of a bed that follows the land around it, as a share of the bed's depth: next to nothing, but enough
+/// that no two neighbouring vertices are equally high.
 const BED_RISE: f32 = 0.05;
 
 /// Depth of the water where it runs over land as low as its bed, as a share of the river's depth.
@@ -245,7 +248,7 @@ impl<'a> FillWater<'a> {
     }
 
     /// Returns heights and water of an area, whose [`input`] must lie within the nodes.
-    pub fn fill(&self, area: Area) -> Land {
+    pub fn fill(&self, area: Area, clock: &Clock) -> Result<Land, Stopped> {
         let (mut heights, mut water) = (Grid::filled(area, 0.0), Water::none(area));
         let [columns, rows] = [area.width(), area.height()].map(|vertices| vertices.div_ceil(BLOCK));
         let mut bounds = Grid::filled(Area::new(0, 0, columns, rows), BoundingBox::NONE);
@@ -254,7 +257,7 @@ impl<'a> FillWater<'a> {
             *bounds = self.bounds(block);
         }
         wet_blocks(bounds.area(), &bounds, &self.wet, &mut |at, wet| {
-            stop::check();
+            clock.check()?;
             let block = block(area, at);
             for y in block.y0..block.y1 {
                 let heights = heights.row_mut(y, block.x0, block.x1);
@@ -271,8 +274,9 @@ impl<'a> FillWater<'a> {
                     flow_m3s[column] = vertex.flow_m3s;
                 }
             }
-        });
-        Land { heights, water: Some(water) }
+            Ok(())
+        })?;
+        Ok(Land { heights, water: Some(water) })
     }
 
     /// Returns the bounds of the displaced nodes of a block, in the plane of the network.
@@ -343,8 +347,8 @@ impl<'a> FillWater<'a> {
         if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
-    /// Returns the lake over a valley's floor. At least as deep as the bed of a river that flows in: the bed goes on to
-    /// where the lake is deeper, as a step up at the shore would dam the river.
+    /// Returns the lake over a valley's floor. It is at least as deep as the bed of a river that flows in: a step up at
+    /// the shore would dam the river, so the bed goes on to where the lake is deeper.
     fn lake(&self, index: usize, own: &Segment, floor_m: f32, river_depth_m: f32) -> VertexWater {
         let (surface_m, below_m) = (self.lift.at(own.pool_m) as f32, own.pool_m - floor_m as f64);
         let deepest_m = LAKE_DEPTH as f64 * self.fields.lake_half_width() * self.fields.metres_a_grain();
@@ -431,8 +435,7 @@ impl<'a> FillWater<'a> {
         });
         let own = own.filter(|own| own.distance_m <= self.beds[own.segment].widest_m);
         let metres = self.fields.metres_a_grain();
-        // Of several channels take the one with the lowest floor: at a confluence, the water is that of the river that
-        // goes on.
+        // Of several channels take the one with the lowest floor: at a confluence that is the river that goes on.
         let mut lowest: Option<(f32, NearestChannel)> = None;
         for number in wet {
             let segment = &self.segments.all[number];
@@ -487,8 +490,8 @@ fn wet_blocks(
     part: Area,
     bounds: &Grid<BoundingBox>,
     wet: &[WetSegment],
-    take: &mut impl FnMut([i64; 2], &[WetSegment]),
-) {
+    take: &mut impl FnMut([i64; 2], &[WetSegment]) -> Result<(), Stopped>,
+) -> Result<(), Stopped> {
     let bounds_of_part = part.vertices().fold(BoundingBox::NONE, |all, (x, y)| all.hull(bounds.at(x, y)));
     let (middle, half) = bounds_of_part.middle_and_half();
     let holds = |wet: &WetSegment| wet.line.touches(middle.into(), wet.reach + half);
@@ -496,9 +499,7 @@ fn wet_blocks(
     if part.len() == 1 {
         return take([part.x0, part.y0], &wet);
     }
-    for half in part.halves() {
-        wet_blocks(half, bounds, &wet, take);
-    }
+    part.halves().into_iter().try_for_each(|half| wet_blocks(half, bounds, &wet, take))
 }
 
 /// The bounding box of places.
@@ -556,7 +557,7 @@ mod tests {
             let bend = fluvial.in_world(trunk.knots[*knot].at);
             let [x, y] = [bend.x, bend.y].map(|grains| grains.div_euclid(GRAINS));
             let area = Area::new(x - 12, y - 12, 24, 24);
-            let land = fluvial.land(area, &Clock::default());
+            let land = fluvial.land(area, &Clock::default()).unwrap();
             let water = land.water.unwrap();
             let nodes = fluvial.warp.fill(area, 1);
             let own: Vec<Segment> = segments_of(fluvial.fields(), trunk, 0, trunk.knots[0].at, |_| true).collect();

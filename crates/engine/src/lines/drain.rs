@@ -41,7 +41,7 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
     // Heights are read from a copy, so that no drain sees what another one has cut.
     let (bare, shaped, width) = (bare.values(), heights.values().to_vec(), area.width());
     let (mut drains, mut fills) = (Vec::new(), Vec::new());
-    // Vertices at the edge lack neighbours. They belong to the pad, which is thrown away.
+    // Vertices at the edge lack neighbours. They belong to the pad, which nobody reads.
     let is_inside = |at: usize| (1..width - 1).contains(&(at % width)) && (width..shaped.len() - width).contains(&at);
     let is_pit = |at: usize| around(at, width).all(|other| shaped[other] >= shaped[at]);
     for start in (0..shaped.len()).filter(|at| is_inside(*at) && !wet[*at]) {
@@ -51,7 +51,7 @@ pub(super) fn drain(bare: &Grid<f32>, wet: &[bool], heights: &mut Grid<f32>) {
         let mut way = vec![start];
         while way.len() <= REACH && is_inside(way[way.len() - 1]) {
             let others = around(way[way.len() - 1], width).filter(|other| !way.contains(other));
-            // Of equally low vertices the first one, wherever the area begins.
+            // Of equally low vertices, the first one is taken, wherever the area begins.
             let next = others.reduce(|low, other| if bare[other] < bare[low] { other } else { low });
             let Some(next) = next.filter(|next| bare[*next] < bare[start] + CLIMB_M) else { break };
             way.push(next);

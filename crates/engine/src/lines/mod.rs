@@ -38,8 +38,8 @@ use crate::area::Area;
 use crate::geometry::{LineSegment, length};
 use crate::memory::heap_bytes;
 
-/// Units in a vertex, in which makers count places on lines. The points of fluvial rivers and of built roads are whole
-/// numbers of units.
+/// Units between two vertices: makers count places on lines in these units. Points of fluvial rivers and of built roads
+/// are whole numbers of units.
 pub const FIXED: i64 = 256;
 
 /// A river or a road.
@@ -61,7 +61,7 @@ impl LineKind {
     }
 }
 
-/// Class of a road between settlements. The numbers are indices into the lists of three in the settings.
+/// Class of a road between settlements. Its number is the index into the settings' lists of three values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RoadClass {
     /// A steep and narrow road that goes through fords.
@@ -192,7 +192,7 @@ pub struct Line {
     pub bed: Bed,
     /// Metres between the vertices of the line's world.
     pub spacing_m: f64,
-    /// An area with a margin that includes all vertices that the line lies on or can have an effect on.
+    /// All vertices that the line lies on or can have an effect on, with a margin.
     pub bounds: Area,
 }
 
@@ -248,8 +248,8 @@ impl Line {
         self.points.windows(2).map(grade).fold(0.0, f64::max)
     }
 
-    /// True if the line can have an effect on a vertex of `area`. Lines with natural beds have no effect, and count
-    /// where they lie.
+    /// True if the line can have an effect on a vertex of `area`. A line with a natural bed has no effect: it concerns
+    /// the areas that it touches.
     pub fn concerns(&self, area: &Area) -> bool {
         self.bounds.common(area).is_some()
             && match self.bed {

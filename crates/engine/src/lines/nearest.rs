@@ -3,10 +3,8 @@
 use crate::area::Area;
 use crate::grid::Grid;
 #[cfg(feature = "gpu")]
-use crate::lines::gpu_words;
+use crate::lines::gpu_words::{PieceWords, corners};
 use crate::lines::{Bed, Line, LinePoint};
-#[cfg(feature = "gpu")]
-use crate::noise::gpu_words::put;
 
 /// The place of a vertex relative to a line, at the line's point nearest to the vertex.
 #[derive(Clone, Copy)]
@@ -21,22 +19,20 @@ pub(super) struct Nearest {
     pub half_width_m: f32,
 }
 
-/// Adds words for GPU kernels: the pieces of an agent's line that can have an effect on a vertex of `area`. Each piece
-/// has the vertices that it is near to, counted from vertex `from`, its ends, and its half widths and floors there.
-/// Returns the number of pieces.
+/// Returns the pieces of an agent's line that can have an effect on a vertex of `area`, for kernels of the GPU. Vertices
+/// are counted from vertex `from`.
 #[cfg(feature = "gpu")]
-pub(super) fn pack(line: &Line, area: Area, from: [i64; 2], words: &mut Vec<u32>) -> u32 {
-    let mut count = 0;
-    for piece in line.pieces().map(|ends| BedPiece::new(line, ends, bank_m(line))) {
-        let near = piece.near(area);
-        if near.is_empty() {
-            continue;
-        }
-        words.extend(gpu_words::corners(near, from));
-        put(words, [piece.from, piece.to, piece.half_width_m, piece.floor_m].into_iter().flatten());
-        count += 1;
-    }
-    count
+pub(super) fn pack(line: &Line, area: Area, from: [i64; 2]) -> Vec<PieceWords> {
+    let pieces = line.pieces().map(|ends| BedPiece::new(line, ends, bank_m(line)));
+    let near = pieces.map(|piece| (piece.near(area), piece)).filter(|(near, _)| !near.is_empty());
+    let words = |(near, piece): (Area, BedPiece)| PieceWords {
+        near: corners(near, from),
+        begin: piece.from,
+        end: piece.to,
+        half_width_m: piece.half_width_m,
+        floor_m: piece.floor_m,
+    };
+    near.map(words).collect()
 }
 
 /// Returns the distance in metres from the edge of an agent's line to the hard end of its effect.

@@ -18,7 +18,7 @@ pub(super) struct FoldStep {
     pub noise_scale: f64,
     /// The kind's offset, in the units of the scaled noise.
     pub offset: f32,
-    /// Amplitude of the octave where `noise_scale` does not contain it, else 1.
+    /// Amplitude of the octave; 1 if `noise_scale` contains it already.
     pub amplitude: f32,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Fbm;
 impl Fold for Fbm {
     #[inline(always)]
     fn first<S: Simd>(_: S, _: &FoldStep, noise: S::F32) -> OctaveState<S> {
-        // The weight is not read for this kind; the noise is a value at hand that costs nothing.
+        // This kind never reads the weight, so any value will do: the noise is at hand.
         OctaveState { value: noise, weight: noise }
     }
 

@@ -10,11 +10,11 @@ use crate::hash::scatter;
 /// Side of a triangle: sqrt(2/3), in lattice units (a lattice unit is a wavelength).
 pub(super) const EDGE: f64 = 0.816_496_580_927_726;
 /// Change of u for a lattice unit east: sqrt(3/2).
-const U_EAST: f64 = 1.224_744_871_391_589;
+pub(super) const U_EAST: f64 = 1.224_744_871_391_589;
 /// Change of u for a lattice unit south: sqrt(1/2).
 const U_SOUTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Change of v for a lattice unit south: sqrt(2).
-const V_SOUTH: f64 = std::f64::consts::SQRT_2;
+pub(super) const V_SOUTH: f64 = std::f64::consts::SQRT_2;
 
 /// Bits behind the binary point of a [`Lattice`] position, a `u128`: 32 for the cell, 96 for the fraction. So the
 /// lattice wraps after 2^32 cells. A position is an exact multiple of a step: steps are doubles, and doubles above
@@ -28,11 +28,12 @@ pub(super) const LANE_FRACTION: u32 = (1 << LANE_FRACTION_BITS) - 1;
 
 /// Multipliers of columns and rows of points in the hash: the first two 32-bit primes of xxHash, chosen there for even
 /// mixing.
-const HASH_U: u32 = 0x9e37_79b1;
-const HASH_V: u32 = 0x85eb_ca77;
+pub(super) const HASH_U: u32 = 0x9e37_79b1;
+pub(super) const HASH_V: u32 = 0x85eb_ca77;
 /// Multipliers that mix columns with rows: those of `lowbias32`, found by search to have the least bias (C. Wellons,
 /// hash-prospector).
-const HASH_MIX: [u32; 2] = [0x7feb_352d, 0x846c_a68b];
+pub(super) const HASH_ONCE: u32 = 0x7feb_352d;
+pub(super) const HASH_TWICE: u32 = 0x846c_a68b;
 
 /// The lattice of one octave.
 #[derive(Clone, Debug)]
@@ -138,7 +139,7 @@ pub(super) fn fixed_point(value: f64) -> u128 {
 /// the noise every 2^16 cells or so, by the pigeonhole principle. With one round, the noise 2^31 cells away is the same
 /// but for its sign.
 pub(super) mod hash {
-    use super::{HASH_MIX, HASH_U, HASH_V};
+    use super::{HASH_ONCE, HASH_TWICE, HASH_U, HASH_V};
     use crate::simd::Simd;
 
     /// Returns the share of a column of points in the hash.
@@ -157,8 +158,8 @@ pub(super) mod hash {
     #[inline(always)]
     pub fn gradient(of_u: u32, of_v: u32) -> usize {
         let both = of_u ^ of_v;
-        let once = (both ^ both >> 16).wrapping_mul(HASH_MIX[0]);
-        let twice = (once ^ once >> 15).wrapping_mul(HASH_MIX[1]);
+        let once = (both ^ both >> 16).wrapping_mul(HASH_ONCE);
+        let twice = (once ^ once >> 15).wrapping_mul(HASH_TWICE);
         (twice >> 28) as usize
     }
 
@@ -179,8 +180,8 @@ pub(super) mod hash {
     #[inline(always)]
     fn mixed_lanes<S: Simd>(simd: S, of_u: S::U32, of_v: S::U32) -> S::U32 {
         let both = of_u ^ of_v;
-        let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_MIX[0]);
-        (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_MIX[1])
+        let once = (both ^ simd.shr::<16>(both)) * simd.splat_u32(HASH_ONCE);
+        (once ^ simd.shr::<15>(once)) * simd.splat_u32(HASH_TWICE)
     }
 
     /// Returns [`of_u`] of the next column.

@@ -6,11 +6,15 @@
 //! triangle the vertex lies. Their gradients are picked from a short stretch of the row of points, so no hash is
 //! computed per vertex.
 
+#[cfg(feature = "gpu")]
+use super::gpu_words::SideWords;
 use super::lattice::{
     DIRECTIONS, EDGE, FRACTION_BITS, LANE_FRACTION, LANE_FRACTION_BITS, Lattice, NORMALISATION, cell, fraction, hash,
     lane_fraction,
 };
 use crate::simd::{MAX_LANES, Simd};
+#[cfg(feature = "gpu")]
+use crate::wgsl::push;
 
 /// Number of points of a row that a block can need: as many as it has columns, and a vector more, since tables are read
 /// in whole vectors.
@@ -116,16 +120,14 @@ pub(super) struct VertexRow<'a> {
 }
 
 /// Appends the words of the row of vertices whose first vertex in the block is at `position`: the number of the
-/// northern row of points, and for each of the two rows the point west of the first vertex, the position of the vertex
-/// after that point, the distance to the row, and the bumps' base.
+/// northern row of points, and the two rows of points beside the row.
 #[cfg(feature = "gpu")]
 pub(super) fn pack_row(position: [u128; 2], words: &mut Vec<u32>) {
     let between = Between::new(position);
     words.push(between.v);
     for side in 0..2 {
-        let along = between.along[side];
-        words.extend([cell(along), lane_fraction(along)]);
-        words.extend([between.dv(side), between.base(side)].map(f32::to_bits));
+        let (along, dv, base) = (between.along[side], between.dv(side), between.base(side));
+        push(words, SideWords { u: cell(along), along: lane_fraction(along), dv, base });
     }
 }
 

@@ -37,8 +37,8 @@ pub(super) struct Simplex<const COLUMNS: usize> {
 /// Position of the first vertex of a block's row.
 #[derive(Clone, Copy)]
 pub(super) struct RowStart {
-    cell: [u32; 2],
-    fraction: [u32; 2],
+    pub cell: [u32; 2],
+    pub fraction: [u32; 2],
 }
 
 impl RowStart {
@@ -49,13 +49,6 @@ impl RowStart {
             cell: [cell(position[0]), cell(position[1])],
             fraction: [lane_fraction(position[0]), lane_fraction(position[1])],
         }
-    }
-
-    /// Returns the position as words.
-    #[cfg(feature = "gpu")]
-    pub fn packed(&self) -> [u32; 4] {
-        let RowStart { cell: [cell_u, cell_v], fraction: [fraction_u, fraction_v] } = *self;
-        [cell_u, cell_v, fraction_u, fraction_v]
     }
 }
 

@@ -1,5 +1,5 @@
-//! The promises of the noise: the same bits from every SIMD level and in every area, the true function, also far away,
-//! within bounds.
+//! The promises of the noise: every SIMD level and every area give the same bits, and values are those of the textbook
+//! formula and stay within bounds, also far away.
 
 use super::lattice::{self, DIRECTIONS, EDGE, Lattice, NORMALISATION, hash};
 use super::{Fractal, FractalKind, FractalSpec};
@@ -207,7 +207,8 @@ fn agrees_with_plain_noise_in_f64() {
     }
 }
 
-/// Returns the largest sum of bumps at a point of a cell over all unit gradients: each gradient points along its d.
+/// Returns the largest sum of bumps that any unit gradients can make at a point of a cell: those that point from their
+/// corners to the point.
 fn largest_sum(u: f64, v: f64) -> f64 {
     let mut sum = 0.0;
     for (corner_u, corner_v) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
@@ -270,7 +271,7 @@ fn no_value_leaves_the_bounds_and_some_come_near() {
     }
 }
 
-/// Pearson's chi-squared of counts against equal chances, as standard deviations from what chance gives.
+/// Pearson's chi-squared of counts against equal chances, in standard deviations from its expected value.
 fn surprise(counts: &[u32]) -> f64 {
     let expected = f64::from(counts.iter().sum::<u32>()) / counts.len() as f64;
     let chi2: f64 = counts.iter().map(|&count| (f64::from(count) - expected).powi(2) / expected).sum();

@@ -11,8 +11,8 @@ use crate::places::plan_land::{PlanNode, PlanScale};
 use crate::places::route::Route;
 use crate::places::turn_cost::bend_m;
 
-/// Nodes by which a rounded corner may miss the route's own corner: less than half, since the search knows nothing of
-/// the land between nodes.
+/// Largest distance in nodes between a rounded corner and the route's own corner: less than half, since the search
+/// knows nothing of the land between nodes.
 const MISS: f64 = 0.4;
 
 /// Number of straight pieces that a bend is made of before points are laid along it. In a hairpin of 150 degrees each
@@ -20,7 +20,7 @@ const MISS: f64 = 0.4;
 /// metre.
 const BEND_PIECES: i64 = 16;
 
-/// Number of points for which the land is queried at a time. Chosen by eye.
+/// Number of points for which the land is queried at a time.
 // Few, since the query covers the points' bounding box, whose area grows with the square of their number on a slanting
 // line.
 const CHUNK: usize = 16;
@@ -75,8 +75,7 @@ impl Alignment {
         Alignment::laid(&path, scale)
     }
 
-    /// Lays points evenly along a path. Each vertex of the path carries the flag of whether the piece after it is
-    /// bridged.
+    /// Lays points evenly along a path. Each vertex of the path has a flag: true if the piece after it is a bridge.
     fn laid(path: &[(DVec2, bool)], scale: &PlanScale) -> Alignment {
         let lengths: Vec<f64> = path.windows(2).map(|pair| direction(pair[0].0, pair[1].0).1).collect();
         let whole: f64 = lengths.iter().sum();
@@ -139,9 +138,9 @@ impl Alignment {
         (0..route.bridges.len()).min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a way has legs")
     }
 
-    /// Returns the water at each point: a lake or the sea if any corner of the point's grid cell, [`PlanScale::fine`]
-    /// vertices a side, lies in one, since the line to the next point may cross it; else the water at the nearest
-    /// corner. `origin` is the window's first vertex.
+    /// Returns the water at each point, as the corners of its grid cell have it, [`PlanScale::fine`] vertices a side.
+    /// If a corner lies in a lake or the sea, so does the point, since the line to the next point may cross that water.
+    /// Otherwise the nearest corner decides. `origin` is the window's first vertex.
     pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
         self.asked(origin, |x0, y0, cols, rows| {
             let waters = land.waters(x0, y0, Sampling::whole(self.scale.fine), cols, rows);

@@ -1,10 +1,12 @@
 //! Building a road: a route is found, rounded and checked, carried over the waters and given its heights. Bridges then
 //! carry it where it lies too high above the land, tunnels where it lies too deep under it.
+//!
+//! To judge the numbers chosen by eye, look at the bends of the roads of `alps`.
 
 use std::collections::BTreeSet;
 
 use crate::area::Area;
-use crate::fluvial::survey::Survey;
+use crate::fluvial::survey::Surveyed;
 use crate::land::WaterKind;
 use crate::lines::{self, Bed, FIXED, Line, LineEnd, LineId, LineKind, LinePoint, RoadClass, Structure};
 use crate::places::alignment::Alignment;
@@ -20,6 +22,7 @@ use crate::places::settings::{PlacesSettings, Standard};
 use crate::places::site::{Seat, SiteClass};
 use crate::places::spans::spans;
 use crate::places::way_by;
+use crate::stop::Stopped;
 
 /// Softness of the rounded corners, chosen by eye. The next value is tried if the rounder line would run into water.
 const SOFTNESS: [f64; 3] = [1.0, 0.5, 0.0];
@@ -32,43 +35,46 @@ pub(super) struct RoadBuilder<'a> {
     pub settings: &'a PlacesSettings,
     pub seed: u64,
     pub plans: &'a Plans,
-    pub survey: &'a dyn Survey,
+    pub land: Surveyed<'a>,
 }
 
 impl RoadBuilder<'_> {
     /// Finds the corridor of the road from one site to another. `None` if no road is possible.
-    pub fn corridor(&self, a: &Seat, b: &Seat) -> Option<Corridor> {
+    pub fn corridor(&self, a: &Seat, b: &Seat) -> Result<Option<Corridor>, Stopped> {
         let ends = [a, b].map(|site| self.plans.coarse.scale.node(site.at));
-        let window = self.coarse_window(ends);
+        let window = self.coarse_window(ends)?;
         let standard = self.settings.standard(class_between(a, b));
         let ground = CoarseGround::new(&window, &self.plans.coarse.scale, &standard, self.seed);
-        Corridor::new(&ground, ends.map(|end| window.inner(end)))
+        Corridor::new(&ground, ends.map(|end| window.inner(end)), self.land.clock)
     }
 
     /// Builds the road from one site to another along their corridor, if there is a route: where the land has none for
     /// the class that the two sites ask for, the road is of a lower class.
-    pub fn road(&self, a: &Seat, b: &Seat, corridor: &Corridor) -> Option<Line> {
+    pub fn road(&self, a: &Seat, b: &Seat, corridor: &Corridor) -> Result<Option<Line>, Stopped> {
         let scale = &self.plans.fine.scale;
-        let coarse = self.coarse_window([a, b].map(|site| self.plans.coarse.scale.node(site.at)));
+        let coarse = self.coarse_window([a, b].map(|site| self.plans.coarse.scale.node(site.at)))?;
         let [first, past] = corridor.fine_bounds();
         let [cols, rows] = [0, 1].map(|axis| (past[axis] - first[axis]) as usize);
         let is_looked_at = |nodes: Area| corridor.looks_at([nodes.x0, nodes.y0], [nodes.x1 - 1, nodes.y1 - 1]);
-        let window = self.plans.fine.window(self.survey, &self.plans.rivers, first, (cols, rows), is_looked_at);
+        let window = self.plans.fine.window(self.land, &self.plans.rivers, first, (cols, rows), is_looked_at)?;
         // The same land for all classes, so it is made once.
         let land = RouteLand::new(window, corridor, scale, self.seed);
         let asked = class_between(a, b);
         let classes = [RoadClass::Highway, RoadClass::Road, RoadClass::Track];
-        let mut lower = classes.into_iter().filter(|class| *class <= asked);
-        lower.find_map(|class| {
+        for class in classes.into_iter().filter(|class| *class <= asked) {
             let standard = self.settings.standard(class);
             let ground = CoarseGround::new(&coarse, &self.plans.coarse.scale, &standard, self.seed);
-            let outlook = Outlook::new(&ground, corridor, coarse.inner(self.plans.coarse.scale.node(b.at)));
-            self.of_class(class, &land, &outlook, [a, b])
-        })
+            let end = coarse.inner(self.plans.coarse.scale.node(b.at));
+            let outlook = Outlook::new(&ground, corridor, end, self.land.clock)?;
+            if let Some(road) = self.of_class(class, &land, &outlook, [a, b])? {
+                return Ok(Some(road));
+            }
+        }
+        Ok(None)
     }
 
     /// Returns the coarse land under all routes between two coarse nodes.
-    fn coarse_window(&self, ends: [PlanNode; 2]) -> Window {
+    fn coarse_window(&self, ends: [PlanNode; 2]) -> Result<Window, Stopped> {
         let [a, b] = ends;
         // A function of the two nodes alone, so the road is the same whatever area is asked for. Two nodes more than
         // the ellipse, since its radius and its middle are rounded down.
@@ -80,22 +86,30 @@ impl RoadBuilder<'_> {
         let ends = ends.map(|[x, y]| Area::new(x, y, 1, 1));
         let is_looked_at = |nodes: Area| way_by(nodes, ends) <= axis;
         let at = middle.map(|at| at - radius);
-        self.plans.coarse.window(self.survey, &self.plans.rivers, at, (side, side), is_looked_at)
+        self.plans.coarse.window(self.land, &self.plans.rivers, at, (side, side), is_looked_at)
     }
 
     /// Builds the road of a class from one site to another, if there is a route for it.
-    fn of_class(&self, class: RoadClass, land: &RouteLand, outlook: &Outlook, sites: [&Seat; 2]) -> Option<Line> {
+    fn of_class(
+        &self,
+        class: RoadClass,
+        land: &RouteLand,
+        outlook: &Outlook,
+        sites: [&Seat; 2],
+    ) -> Result<Option<Line>, Stopped> {
         let standard = self.settings.standard(class);
         let ends = sites.map(|site| land.window.inner(land.scale.node(site.at)));
         // Each class starts without closed legs: a narrow road may go where a wide one does not.
         let mut closed = BTreeSet::new();
         for _ in 0..TRIES {
-            let route = route(&MoveConditions { land, standard: &standard, closed: &closed }, outlook, ends)?;
+            let conditions = MoveConditions { land, standard: &standard, closed: &closed };
+            let Some(route) = route(&conditions, outlook, ends, self.land.clock)? else { break };
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
+                self.land.clock.check()?;
                 let line = Alignment::along(&route, &land.scale, standard.radius_m, softness);
                 match self.on_line(&line, land, &standard, sites) {
-                    Ok(points) => return Some(self.finished(class, &standard, points, sites)),
+                    Ok(points) => return Ok(Some(self.finished(class, &standard, points, sites))),
                     // Only the failures of the last softness count: that line keeps closest to the legs, which are then
                     // closed.
                     Err(points) => culprits = points.iter().map(|point| line.leg(*point, &route)).collect(),
@@ -103,7 +117,7 @@ impl RoadBuilder<'_> {
             }
             closed.extend(culprits.iter().map(|leg| (route.nodes[*leg], route.nodes[leg + 1])));
         }
-        None
+        Ok(None)
     }
 
     /// Returns the points of a road along a line and the structures that carry them. The error lists the points of the
@@ -124,15 +138,15 @@ impl RoadBuilder<'_> {
             // Most lines that fail run in a river, and the river index tells that without a query of the land.
             spans(line, &land.rivers, &vec![WaterKind::Dry; line.points.len()], standard)?;
         }
-        let waters = line.waters(self.survey, origin);
+        let waters = line.waters(self.land.survey, origin);
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
         if !drowned.is_empty() {
             return Err(drowned);
         }
         let mut spans = spans(line, &land.rivers, &waters, standard)?;
-        let heights_m = line.heights_m(self.survey, origin);
-        let ends_m = [a, b].map(|seat| f64::from(seat.height_m(&self.plans.fine.scale, self.survey)));
+        let heights_m = line.heights_m(self.land.survey, origin);
+        let ends_m = [a, b].map(|seat| f64::from(seat.height_m(&self.plans.fine.scale, self.land.survey)));
         let levelled = Levelled { line, heights_m: &heights_m, rivers: &land.rivers, standard, ends_m };
         let Some(levels_m) = levelled.levels_m(&mut spans, self.settings.clearance_m) else {
             return Err(spans.iter().flat_map(|span| [span.first, span.last]).collect());

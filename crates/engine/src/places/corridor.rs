@@ -8,6 +8,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::clock::Clock;
 use crate::memory::heap_bytes;
 use crate::places::ellipse::{Ellipse, apart};
 use crate::places::move_cost::{FORBIDDEN, UNIT, even_climb_m, over_water_m, sideways_m, wandering_m};
@@ -15,7 +16,7 @@ use crate::places::moves;
 use crate::places::plan_land::{PlanNode, PlanScale, Window};
 use crate::places::route_land::wander;
 use crate::places::settings::Standard;
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Most nodes that a move on the coarse plan goes along rows or columns.
 const FAR: i64 = 2;
@@ -90,14 +91,15 @@ impl<'a> CoarseGround<'a> {
         end: Option<PlanNode>,
         most: impl Fn(u32) -> u32,
         holds: impl Fn(PlanNode) -> bool,
-    ) -> Vec<u32> {
+        clock: &Clock,
+    ) -> Result<Vec<u32>, Stopped> {
         let window = self.window;
         let mut costs = vec![FORBIDDEN; window.cols * window.rows];
         costs[window.index(from)] = 0;
         let mut heap = BinaryHeap::from([Reverse((0, window.index(from)))]);
         let mut beyond = FORBIDDEN;
         while let Some(Reverse((cost, at))) = heap.pop() {
-            stop::check();
+            clock.check()?;
             if cost > beyond {
                 break;
             }
@@ -120,7 +122,7 @@ impl<'a> CoarseGround<'a> {
                 }
             }
         }
-        costs
+        Ok(costs)
     }
 }
 
@@ -165,16 +167,16 @@ heap_bytes!(Corridor: inside);
 
 impl Corridor {
     /// Finds the corridor between two nodes of a window. `None` if there is no route.
-    pub fn new(ground: &CoarseGround, [from, to]: [PlanNode; 2]) -> Option<Corridor> {
+    pub fn new(ground: &CoarseGround, [from, to]: [PlanNode; 2], clock: &Clock) -> Result<Option<Corridor>, Stopped> {
         let window = ground.window;
         let ellipse = Ellipse::new([from, to]);
         let most = |best: u32| (f64::from(best) * DEARER + DEARER_M * UNIT) as u32;
-        let back = ground.spread(to, Some(from), most, |node| ellipse.holds(node));
+        let back = ground.spread(to, Some(from), most, |node| ellipse.holds(node), clock)?;
         let best = back[window.index(from)];
         if best == FORBIDDEN {
-            return None;
+            return Ok(None);
         }
-        let there = ground.spread(from, Some(to), most, |node| back[window.index(node)] != FORBIDDEN);
+        let there = ground.spread(from, Some(to), most, |node| back[window.index(node)] != FORBIDDEN, clock)?;
         let is_inside = |node: PlanNode| {
             let at = window.index(node);
             there[at] != FORBIDDEN && back[at] != FORBIDDEN && there[at] + back[at] <= most(best)
@@ -187,7 +189,13 @@ impl Corridor {
         let [cols, rows] = [0, 1].map(|axis| high[axis] - low[axis] + 1);
         let nodes = (0..rows).flat_map(|row| (0..cols).map(move |col| [low[0] + col, low[1] + row]));
         let inside = nodes.map(is_inside).collect();
-        Some(Corridor { at: [0, 1].map(|axis| low[axis] + window.at[axis]), cols, rows, inside })
+        Ok(Some(Corridor { at: [0, 1].map(|axis| low[axis] + window.at[axis]), cols, rows, inside }))
+    }
+
+    /// Returns the coarse nodes of the corridor, row by row.
+    pub fn nodes(&self) -> impl Iterator<Item = PlanNode> {
+        let inside = (0..).zip(&self.inside).filter(|(_, is_inside)| **is_inside);
+        inside.map(|(index, _)| [self.at[0] + index % self.cols, self.at[1] + index / self.cols])
     }
 
     /// Returns the first fine node that the corridor may be asked about, and the one past the last, along each axis.
@@ -248,11 +256,11 @@ pub(super) struct Outlook {
 
 impl Outlook {
     /// Estimates the costs to a node of a window from all nodes of a corridor.
-    pub fn new(ground: &CoarseGround, corridor: &Corridor, to: PlanNode) -> Outlook {
+    pub fn new(ground: &CoarseGround, corridor: &Corridor, to: PlanNode, clock: &Clock) -> Result<Outlook, Stopped> {
         let window = ground.window;
         let holds = |[x, y]: PlanNode| corridor.is_inside([x + window.at[0], y + window.at[1]]);
-        let costs = ground.spread(to, None, |_| FORBIDDEN, holds);
-        Outlook { at: window.at, cols: window.cols as i64, rows: window.rows as i64, costs }
+        let costs = ground.spread(to, None, |_| FORBIDDEN, holds, clock)?;
+        Ok(Outlook { at: window.at, cols: window.cols as i64, rows: window.rows as i64, costs })
     }
 
     /// Returns the estimated cost from a fine node of the world to the end: the mean over the coarse nodes around it

@@ -1,11 +1,14 @@
 //! The ellipse around two nodes of the coarse plan that bounds all routes between them.
+//!
+//! To judge the numbers chosen by eye, look at roads of `alps` that go far round a mountain.
 
 use crate::geometry::length;
 use crate::places::plan_land::PlanNode;
 
 /// Major axis of the ellipse as a multiple of the distance between the two nodes, and nodes that are added to it for
 /// short distances. Chosen by eye: the land that a tile looks at grows with the square of the axis.
-// So a route through any one node of the ellipse is at most 1.4 times as long as the straight line, plus `AXIS_NODES`.
+// A way straight to any node of the ellipse and on to the end is at most 1.4 times as long as the straight line, plus
+// `AXIS_NODES`.
 const AXIS: f64 = 1.4;
 const AXIS_NODES: f64 = 3.0;
 

@@ -1,8 +1,8 @@
 //! The Gabriel graph of the sites, which tells which sites a road joins, with a cap on its edges that makes it local.
 //!
 //! Two sites are neighbours if no third one lies inside the circle whose diameter is the line between them and if they
-//! are no further apart than [`CELLS`] site cells. So it depends on the sites in that circle alone whether two sites
-//! are neighbours.
+//! are no further apart than [`CELLS`] site cells. Whether they are neighbours thus depends only on the sites in that
+//! circle.
 //!
 //! Based on: K. R. Gabriel, R. R. Sokal, "A new statistical approach to geographic variation analysis", 1969.
 
@@ -31,8 +31,8 @@ pub(super) fn separates_all(third: &Seat, a: &Seat, area: Area) -> bool {
     third.id != a.id && corners.iter().all(|b| is_inside(third.at, [a.at, *b]))
 }
 
-/// True if a vertex lies inside the circle whose diameter is the line between two others. By Thales' theorem that is
-/// where the angle at the vertex between the lines to the two is obtuse.
+/// True if a vertex lies inside the circle whose diameter is the line between two others. By Thales' theorem, the lines
+/// from such a vertex to the two others form an obtuse angle.
 fn is_inside(at: [i64; 2], [a, b]: [[i64; 2]; 2]) -> bool {
     apart2(at, a) + apart2(at, b) < apart2(a, b)
 }

@@ -1,9 +1,11 @@
 //! Junctions: where several roads would lie on each other, only the one that ranks highest stays, and the others end on
 //! it.
 //!
-//! Each road is cut where it meets one that ranks above it, after that one has been cut by those above it in turn. The
+//! Roads are cut in the order of their ranks: each one where it meets a road above it that has been cut already. The
 //! parts that are left reach from one junction to the next, and end on the middle of the road that they join, at its
 //! level. They are a function of the road and of the roads above it that may come near it, whatever area is asked for.
+//!
+//! To judge the numbers chosen by eye, look where roads of one settlement part, on maps at 1:10,000.
 
 use std::cmp::Reverse;
 use std::ops::{Range, RangeInclusive};
@@ -23,9 +25,8 @@ use crate::places::settings::PlacesSettings;
 const BESIDE_M: f64 = 12.0;
 const BESIDE_VERTICES: f64 = 1.2;
 
-/// Farthest that a road may stray from another one that it leaves and comes back to, and greatest length of that
-/// stretch, both in steps of the plan: such a detour is left out, since a second road there would serve nobody. Chosen
-/// by eye.
+/// Largest detour that is left out, where a road leaves another one and comes back to it: distance from the other road,
+/// and length, both in steps of the plan. A second road there would serve nobody. Chosen by eye.
 const ASIDE: f64 = 1.0;
 const ASIDE_LENGTH: f64 = 8.0;
 
@@ -252,7 +253,7 @@ impl<'a> RoadNetwork<'a> {
     }
 
     /// Returns the point at which a part of a road ends on another road, past the part's point `beside`, and what
-    /// carries it; `None` if that point is `beside` itself. `next` are the points with which the uncut road goes on.
+    /// carries that point; `None` if it is `beside` itself. `next` are the points with which the uncut road goes on.
     fn end_on(
         &self,
         foot: Foot,
@@ -264,7 +265,7 @@ impl<'a> RoadNetwork<'a> {
         let from_corner = fixed(foot.at.map(|at_m| at_m / self.scale.spacing_m).into());
         let place = [0, 1].map(|axis| corner[axis] as f64 + from_corner[axis] as f64 / FIXED as f64);
         let point = LinePoint { place, level_m: foot.level_m, floor_m: foot.level_m, ..road.points[beside] };
-        // A structure of the road at this point or just ahead, or of the other road there, goes on as far as the joint.
+        // A structure goes on as far as the joint: that of this road here or just ahead, or that of the other road.
         let carrier = road.carrier(beside).or_else(|| next.find_map(|index| road.carrier(index)));
         (place != road.points[beside].place).then(|| (point, carrier_at_joint(carrier, foot.carrier)))
     }

@@ -1,5 +1,7 @@
 //! The levels of a road along its line: the limits that they must keep, and the demands that are given up where they
 //! cannot all be met.
+//!
+//! To judge the numbers chosen by eye, look at the fords and low bridges of `plains`.
 
 use crate::geometry::lerp;
 use crate::lines::StructureKind;

@@ -56,7 +56,7 @@ use std::sync::Arc;
 
 use crate::area::Area;
 use crate::error::Error;
-use crate::fluvial::survey::Survey;
+use crate::fluvial::survey::Surveyed;
 use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Remembers};
 use crate::places::build::RoadBuilder;
@@ -66,6 +66,7 @@ use crate::places::plan_land::{PlanScale, Plans};
 use crate::places::settings::PlacesSettings;
 use crate::places::site::{Seat, Site, SiteClass};
 use crate::recipe::fault::KeyPath;
+use crate::stop::Stopped;
 
 /// Number of the luckiest cells of a square in which its first town is looked for.
 const CHIEFS: usize = 3;
@@ -140,65 +141,78 @@ impl Places {
     fn widest_radius(&self) -> i64 {
         Ellipse::radius((graph::CELLS * self.plans.coarse.scale.side) as f64) as i64 + 1
     }
+}
 
+#[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
+impl Places {
     /// Returns all settlements that stand on a vertex of `area`, sorted by id.
-    pub fn sites(&self, land: &dyn Survey, area: &Area) -> Vec<Arc<Site>> {
-        let seats = self.seats_of_cells(land, self.cells(area, 0)).filter(|seat| area.contains(&seat.area()));
-        let mut sites: Vec<Arc<Site>> = seats.filter_map(|seat| self.site(land, seat.id)).collect();
+    pub fn sites(&self, land: Surveyed<'_>, area: &Area) -> Result<Vec<Arc<Site>>, Stopped> {
+        let mut sites: Vec<Arc<Site>> = Vec::new();
+        for id in self.cells(area, 0) {
+            if self.seat(land, id)?.is_some_and(|seat| area.contains(&seat.area())) {
+                sites.extend(self.site(land, id)?);
+            }
+        }
         sites.sort_by_key(|site| site.id);
-        sites
+        Ok(sites)
     }
 
     /// Returns the first town of a square of `side` x `side` site cells, given by its column and row. Only the luckiest
     /// cells of the square are looked at, and the luckiest that has a town wins.
     ///
     /// Only the land around these cells is computed, so even a map of a continent can have towns.
-    pub fn chief(&self, land: &dyn Survey, [x, y]: [i64; 2], side: i64) -> Option<Arc<Site>> {
+    pub fn chief(&self, land: Surveyed<'_>, [x, y]: [i64; 2], side: i64) -> Result<Option<Arc<Site>>, Stopped> {
         let cells = (y * side..(y + 1) * side).flat_map(|j| (x * side..(x + 1) * side).map(move |i| SiteId { i, j }));
         let luck = |id| site::town_luck(&self.settings, self.seed, id).map(|luck| (luck, id));
         let mut lucky: Vec<(f64, SiteId)> = cells.filter_map(luck).collect();
         lucky.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let seats = lucky.into_iter().take(CHIEFS).filter_map(|(_, id)| self.seat(land, id));
-        let town = seats.filter(|seat| seat.class == SiteClass::Town).map(|seat| seat.id).next()?;
-        self.site(land, town)
+        for (_, id) in lucky.into_iter().take(CHIEFS) {
+            if self.seat(land, id)?.is_some_and(|seat| seat.class == SiteClass::Town) {
+                return self.site(land, id);
+            }
+        }
+        Ok(None)
     }
 
     /// Returns all roads whose effect may touch a vertex of `area`, whole, sorted by id.
-    pub fn roads(&self, land: &dyn Survey, area: &Area) -> Lines {
+    pub fn roads(&self, land: Surveyed<'_>, area: &Area) -> Result<Lines, Stopped> {
         if area.is_empty() {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         // The parts of a road may reach a little beyond its bounds.
         let wide = area.padded(junction::reach(&self.settings, self.plans.fine.scale.spacing_m) as usize);
         let mut roads = Vec::new();
-        for (a, b) in self.edges(land, &[wide]) {
-            let Some(road) = self.road(land, &a, &b, &[wide]).filter(|road| road.concerns(&wide)) else { continue };
-            let parts = self.parts.get((a.id, b.id), || self.parts(land, &road));
+        for (a, b) in self.edges(land, &[wide])? {
+            let Some(road) = self.road(land, &a, &b, &[wide])?.filter(|road| road.concerns(&wide)) else { continue };
+            let parts = self.parts.try_get((a.id, b.id), || self.parts(land, &road))?;
             roads.extend(parts.iter().filter(|part| part.concerns(area)).cloned());
         }
         roads.sort_by_key(|road| road.id);
-        roads
+        Ok(roads)
     }
 
     /// Returns the parts of a road that are left once the roads that rank above it have cut it.
-    fn parts(&self, land: &dyn Survey, road: &Line) -> Lines {
+    fn parts(&self, land: Surveyed<'_>, road: &Line) -> Result<Lines, Stopped> {
         let rank = junction::rank(road);
         let may_rank_above = |(a, b): &(Seat, Seat)| {
             let id = LineId::Road { from: a.id, to: b.id, part: 0 };
             (Reverse(build::class_between(a, b)), id) < rank
         };
         let near = junction::areas(road, &self.plans.fine.scale, &self.settings);
-        let edges = self.edges(land, &near).into_iter().filter(may_rank_above);
-        let mut above: Lines = edges.filter_map(|(a, b)| self.road(land, &a, &b, &near)).collect();
+        let mut above = Lines::new();
+        for (a, b) in self.edges(land, &near)?.into_iter().filter(may_rank_above) {
+            above.extend(self.road(land, &a, &b, &near)?);
+        }
         above.retain(|other| junction::rank(other) < rank && near.iter().any(|area| other.concerns(area)));
         above.sort_by_key(|other| junction::rank(other));
-        junction::parts(road, &above, &self.plans.fine.scale, &self.settings).into_iter().map(Arc::new).collect()
+        let parts = junction::parts(road, &above, &self.plans.fine.scale, &self.settings);
+        Ok(parts.into_iter().map(Arc::new).collect())
     }
 
     /// Returns the pairs of neighbours whose uncut road may have an effect on a vertex of any of the areas, each with
     /// the smaller id first.
-    fn edges(&self, land: &dyn Survey, areas: &[Area]) -> Vec<(Seat, Seat)> {
-        let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Vec::new() };
+    fn edges(&self, land: Surveyed<'_>, areas: &[Area]) -> Result<Vec<(Seat, Seat)>, Stopped> {
+        let Some(hull) = areas.iter().copied().reduce(|hull, area| hull.hull(&area)) else { return Ok(Vec::new()) };
         // No place in the ellipse of a road is more cells than this away from either of its sites.
         let side = self.plans.coarse.scale.side;
         let cells = self.widest_radius() / side + 1 + graph::CELLS;
@@ -212,51 +226,60 @@ impl Places {
                     continue;
                 }
                 let nearer = if nearest2(a, hull) <= nearest2(b, hull) { [first, second] } else { [second, first] };
-                let Some(near) = self.seat(land, nearer[0]) else { continue };
+                let Some(near) = self.seat(land, nearer[0])? else { continue };
                 let there = site::positions(nearer[1], &self.plans.fine.scale);
-                if !self.may_touch([near.area(), there], areas) || self.is_separated(land, &near, there, hull) {
+                if !self.may_touch([near.area(), there], areas) || self.is_separated(land, &near, there, hull)? {
                     continue;
                 }
-                let Some(far) = self.seat(land, nearer[1]) else { continue };
+                let Some(far) = self.seat(land, nearer[1])? else { continue };
                 let (a, b) = if near.id < far.id { (near, far) } else { (far, near) };
                 if graph::within_cap(&a, &b, self.site_side())
                     && self.may_touch([a.area(), b.area()], areas)
-                    && self.are_neighbours(land, &a, &b)
+                    && self.are_neighbours(land, &a, &b)?
                 {
                     edges.push((a, b));
                 }
             }
         }
-        edges
+        Ok(edges)
     }
 
     /// True if a third site, in a cell nearer to `hull` than `cell`, separates `site` from any site in `cell`. That
     /// holds for most cells that are far off, so that their sites need not be found.
-    fn is_separated(&self, land: &dyn Survey, site: &Seat, cell: Area, hull: Area) -> bool {
+    fn is_separated(&self, land: Surveyed<'_>, site: &Seat, cell: Area, hull: Area) -> Result<bool, Stopped> {
         let is_nearer = |id: &SiteId| {
             let own = site::positions(*id, &self.plans.fine.scale);
             own != cell && nearest2(own, hull) <= nearest2(cell, hull)
         };
         let between = self.cells_around(site.id, 1).filter(is_nearer);
-        self.seats_of_cells(land, between).any(|third| graph::separates_all(&third, site, cell))
+        self.any_seat(land, between, |third| graph::separates_all(third, site, cell))
     }
 
     /// Returns the settlement of a site cell, if it has one.
-    pub fn site(&self, land: &dyn Survey, id: SiteId) -> Option<Arc<Site>> {
-        let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plans.fine.scale, land));
-        let site = self.sites.get(id, || self.seat(land, id).map(settled));
-        site.as_ref().clone()
+    pub fn site(&self, land: Surveyed<'_>, id: SiteId) -> Result<Option<Arc<Site>>, Stopped> {
+        let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plans.fine.scale, land.survey));
+        let site = self.sites.try_get(id, || Ok(self.seat(land, id)?.map(settled)))?;
+        Ok(site.as_ref().clone())
     }
 
-    fn seat(&self, land: &dyn Survey, id: SiteId) -> Option<Seat> {
-        *self.seats.get(id, || site::seat(&self.settings, self.seed, &self.plans, land, id))
+    fn seat(&self, land: Surveyed<'_>, id: SiteId) -> Result<Option<Seat>, Stopped> {
+        Ok(*self.seats.try_get(id, || site::seat(&self.settings, self.seed, &self.plans, land, id))?)
+    }
+
+    /// Returns the vertices of all nodes of the coarse plan through which the road between two settlements may go, row
+    /// by row: for whoever wants to see why a road runs where it does. None if there is no such settlement or no route.
+    pub fn corridor(&self, land: Surveyed<'_>, [from, to]: [SiteId; 2]) -> Result<Vec<[i64; 2]>, Stopped> {
+        let seats = self.seat(land, from.min(to))?.zip(self.seat(land, from.max(to))?);
+        let corridor = seats.map(|(a, b)| self.builder(land).corridor(&a, &b)).transpose()?.flatten();
+        let nodes = corridor.iter().flat_map(Corridor::nodes);
+        Ok(nodes.map(|node| self.plans.coarse.scale.vertex(node)).collect())
     }
 
     /// Returns the uncut road between two neighbours, if there is a route and if the road may touch any of the areas.
-    fn road(&self, land: &dyn Survey, a: &Seat, b: &Seat, areas: &[Area]) -> Option<Arc<Line>> {
-        let builder = RoadBuilder { settings: &self.settings, seed: self.seed, plans: &self.plans, survey: land };
-        let corridor = self.corridors.get((a.id, b.id), || builder.corridor(a, b));
-        let corridor = corridor.as_ref().as_ref()?;
+    fn road(&self, land: Surveyed<'_>, a: &Seat, b: &Seat, areas: &[Area]) -> Result<Option<Arc<Line>>, Stopped> {
+        let builder = self.builder(land);
+        let corridor = self.corridors.try_get((a.id, b.id), || builder.corridor(a, b))?;
+        let Some(corridor) = corridor.as_ref() else { return Ok(None) };
         let PlanScale { step, spacing_m, .. } = self.plans.fine.scale;
         // The bounds of a road are a rectangle with a margin of a few vertices.
         let beside = (self.settings.effect_m() / spacing_m) as i64 / step + 2;
@@ -265,9 +288,14 @@ impl Places {
             corridor.may_touch(low, high.map(|at| at + 1), beside)
         };
         if !areas.iter().any(may_touch) {
-            return None;
+            return Ok(None);
         }
-        self.roads.get((a.id, b.id), || builder.road(a, b, corridor).map(Arc::new)).as_ref().clone()
+        let road = self.roads.try_get((a.id, b.id), || Ok(builder.road(a, b, corridor)?.map(Arc::new)))?;
+        Ok(road.as_ref().clone())
+    }
+
+    fn builder<'a>(&'a self, land: Surveyed<'a>) -> RoadBuilder<'a> {
+        RoadBuilder { settings: &self.settings, seed: self.seed, plans: &self.plans, land }
     }
 
     /// True if the ellipse of a road from a vertex of `a` to one of `b`, widened by the road's effect, may touch any of
@@ -289,18 +317,30 @@ impl Places {
     }
 
     /// True if two sites within the cap are neighbours in the graph.
-    fn are_neighbours(&self, land: &dyn Survey, a: &Seat, b: &Seat) -> bool {
-        *self.edges.get((a.id.min(b.id), a.id.max(b.id)), || {
+    fn are_neighbours(&self, land: Surveyed<'_>, a: &Seat, b: &Seat) -> Result<bool, Stopped> {
+        let are_neighbours = self.edges.try_get((a.id.min(b.id), a.id.max(b.id)), || {
             // The circle over the edge lies within half an edge of its middle.
             let middle = [0, 1].map(|axis| (a.at[axis] + b.at[axis]).div_euclid(2));
             let half = (a.at[0] - b.at[0]).abs().max((a.at[1] - b.at[1]).abs()) * 3 / 4 + 2;
             let circle = Area::new(middle[0], middle[1], 1, 1).padded(half as usize);
-            !self.seats_of_cells(land, self.cells(&circle, 0)).any(|third| graph::separates(&third, a, b))
-        })
+            Ok(!self.any_seat(land, self.cells(&circle, 0), |third| graph::separates(third, a, b))?)
+        })?;
+        Ok(*are_neighbours)
     }
 
-    fn seats_of_cells(&self, land: &dyn Survey, cells: impl Iterator<Item = SiteId>) -> impl Iterator<Item = Seat> {
-        cells.filter_map(move |id| self.seat(land, id))
+    /// Tells whether a condition holds for the seat of any of some cells.
+    fn any_seat(
+        &self,
+        land: Surveyed<'_>,
+        cells: impl Iterator<Item = SiteId>,
+        holds: impl Fn(&Seat) -> bool,
+    ) -> Result<bool, Stopped> {
+        for id in cells {
+            if self.seat(land, id)?.as_ref().is_some_and(&holds) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Returns the site cells that hold a vertex of `area`, and `more` cells around them, row by row.

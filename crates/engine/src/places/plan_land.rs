@@ -1,14 +1,17 @@
 //! The lattice of nodes on which settlements and roads are planned, fine and coarse, and the land on it, block by
 //! block.
+//!
+//! To judge the numbers chosen by eye, look at the tightest bends of tracks in `alps`.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::area::Area;
-use crate::fluvial::survey::{RiverPiece, Sampling, Survey};
+use crate::fluvial::survey::{RiverPiece, Sampling, Survey, Surveyed};
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::memory::{Memory, Remembers, heap_bytes};
+use crate::stop::Stopped;
 
 /// A node of the plan: column and row, counted from the world's origin or from a window's first node.
 pub(super) type PlanNode = [i64; 2];
@@ -23,8 +26,8 @@ pub(super) struct PlanScale {
     /// Vertices from one point of a planned road to the next.
     pub apart: i64,
     /// Vertices from one sample of the land along a planned road to the next.
-    // Twice the distance of the road's points: it takes a quarter of the land, and a profile sees no more of the
-    // gullies anyway.
+    // Twice the distance of the road's points: this takes a quarter of the land, and a profile cannot show the gullies
+    // between the samples anyway.
     pub fine: i64,
     /// Nodes along a side of a site cell.
     pub side: i64,
@@ -141,7 +144,7 @@ pub(super) struct Window {
     heights_m: Vec<f32>,
     /// The water on each node, row by row.
     waters: Vec<WaterKind>,
-    /// The river pieces that touch the rectangle, and some around it, each once, sorted.
+    /// The river pieces that touch the rectangle, and some around it: sorted, without repetition.
     pub rivers: Vec<RiverPiece>,
 }
 
@@ -155,12 +158,12 @@ impl PlanLand {
     /// accepts are surveyed; the rest is level and dry.
     pub fn window(
         &self,
-        land: &dyn Survey,
+        land: Surveyed<'_>,
         rivers: &PlanRivers,
         at: PlanNode,
         (cols, rows): (usize, usize),
         is_looked_at: impl Fn(Area) -> bool,
-    ) -> Window {
+    ) -> Result<Window, Stopped> {
         let mut window = Window {
             at,
             cols,
@@ -176,7 +179,8 @@ impl PlanLand {
             if !is_looked_at(own) {
                 continue;
             }
-            let block = self.block(land, [bx, by]);
+            land.clock.check()?;
+            let block = self.block(land.survey, [bx, by]);
             let part = area.common(&own).expect("the block lies under the window");
             copy(&block.heights_m, own, &mut window.heights_m, area, part);
             copy(&block.waters, own, &mut window.waters, area, part);
@@ -185,12 +189,13 @@ impl PlanLand {
             squares.extend(Area::new(x0, y0, side, side).square_numbers(rivers.side));
         }
         for square in squares {
-            window.rivers.extend(rivers.of(land, square).iter());
+            land.clock.check()?;
+            window.rivers.extend(rivers.of(land.survey, square).iter());
         }
         // A piece that touches several squares is listed by each of them.
         window.rivers.sort_by_key(RiverPiece::key);
         window.rivers.dedup_by_key(|piece| piece.key());
-        window
+        Ok(window)
     }
 
     fn block(&self, land: &dyn Survey, at: [i64; 2]) -> Arc<PlanBlock> {

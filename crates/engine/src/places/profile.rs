@@ -2,8 +2,10 @@
 //!
 //! A function is no steeper than g if its values at any two points differ by at most g times their distance: g is its
 //! Lipschitz constant. Two sweeps each find the highest such function below the land and the lowest one above it. Their
-//! mean is such a function too, and cuts about as much as it fills. Clamping such a function between two others again
-//! gives one. At last dips in cuttings are raised, since water would stand in them.
+//! mean is such a function too, and cuts about as much as it fills. A function of this kind
+//! that is clamped between two others stays one. Finally, dips in cuttings are raised, since water would stand in them.
+//!
+//! To judge the numbers chosen by eye, look at the cuttings and embankments of roads in `alps`.
 
 /// The limits of a road's heights at each of its points.
 #[derive(Debug)]

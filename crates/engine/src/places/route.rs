@@ -8,13 +8,14 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::clock::Clock;
 use crate::places::corridor::Outlook;
 use crate::places::move_cost::{FORBIDDEN, MoveConditions, RepeatedMove, UNIT};
 use crate::places::moves::{MOVES, moved};
 use crate::places::plan_land::PlanNode;
 use crate::places::route_land::RouteLand;
 use crate::places::turn_cost::{hairpin, turns};
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Cost in metres, above that of the best state of a node, up to which other directions at the node are kept. It is
 /// more than any turn costs that is made over the shortest move, 80 m on the default cells.
@@ -30,7 +31,12 @@ pub(super) struct Route {
 /// Finds the cheapest route from one node of a window to another, if there is one, by A* over states: a node and the
 /// move that led there. Routes of equal cost are told apart by a fixed rule, so the result is unique. `outlook`
 /// estimates the cost to `to`.
-pub(super) fn route(ground: &MoveConditions, outlook: &Outlook, [from, to]: [PlanNode; 2]) -> Option<Route> {
+pub(super) fn route(
+    ground: &MoveConditions,
+    outlook: &Outlook,
+    [from, to]: [PlanNode; 2],
+    clock: &Clock,
+) -> Result<Option<Route>, Stopped> {
     let MoveConditions { land, standard, .. } = *ground;
     let window = &land.window;
     let turns = turns(standard, land.scale.step_m());
@@ -50,7 +56,7 @@ pub(super) fn route(ground: &MoveConditions, outlook: &Outlook, [from, to]: [Pla
     heap.push(Reverse((to_go(from), 0, u32::MAX)));
     let slack = (SLACK_M * UNIT) as u32;
     while let Some(Reverse((_, cost, state))) = heap.pop() {
-        stop::check();
+        clock.check()?;
         let (at, came) = match state {
             u32::MAX => (start, None),
             _ => (state as usize / MOVES, Some(state as usize % MOVES)),
@@ -61,7 +67,7 @@ pub(super) fn route(ground: &MoveConditions, outlook: &Outlook, [from, to]: [Pla
         }
         let node = window.node(at);
         if node == to {
-            return Some(trace(land, &before, state, from));
+            return Ok(Some(trace(land, &before, state, from)));
         }
         // Up to 32 states of a node share the costs of its moves, and many nodes are never reached: so costs are
         // computed on demand and stored.
@@ -101,7 +107,7 @@ pub(super) fn route(ground: &MoveConditions, outlook: &Outlook, [from, to]: [Pla
             }
         }
     }
-    None
+    Ok(None)
 }
 
 /// Returns the route that led to a state.

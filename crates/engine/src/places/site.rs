@@ -2,9 +2,12 @@
 //!
 //! Far more settlements are looked for than roads are built, so they stand on the nodes of the coarse plan, which knows
 //! dry brooks only by their average effect. That is enough: settlements favour the floors of larger valleys.
+//!
+//! To judge the numbers chosen by eye, look at the spread and the sizes of settlements, on maps of all presets with
+//! places.
 
 use crate::area::Area;
-use crate::fluvial::survey::{Sampling, Survey};
+use crate::fluvial::survey::{Sampling, Survey, Surveyed};
 use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::lines::SiteId;
@@ -14,6 +17,7 @@ use crate::places::plan_land::{PlanNode, PlanScale, Plans};
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
 use crate::places::suitability::{WaterRange, suitability};
+use crate::stop::Stopped;
 
 /// Number of positions that are tried, and number of habitable ones among them that are compared.
 // About a twentieth of a cell of 4 km is so near to a confluence that it adds to a settlement's worth: one of 40
@@ -118,11 +122,17 @@ fn settled_nodes(scale: &PlanScale) -> [i64; 2] {
 }
 
 /// Returns the seat of a cell's settlement, if the cell has one.
-pub(super) fn seat(settings: &PlacesSettings, seed: u64, plans: &Plans, land: &dyn Survey, id: SiteId) -> Option<Seat> {
+pub(super) fn seat(
+    settings: &PlacesSettings,
+    seed: u64,
+    plans: &Plans,
+    land: Surveyed<'_>,
+    id: SiteId,
+) -> Result<Option<Seat>, Stopped> {
     // Many cells are empty however good their land is. The land of those need not be known.
     let luck = hash::share(id.hash(seed, Stream::Settled));
     if luck >= settings.density {
-        return None;
+        return Ok(None);
     }
     let scale = &plans.coarse.scale;
     let range = WaterRange::new(settings.site_m);
@@ -132,7 +142,7 @@ pub(super) fn seat(settings: &PlacesSettings, seed: u64, plans: &Plans, land: &d
     let around = ((range.far_m / scale.step_m()) as i64 + 2 - edge).max(2);
     let first = [id.i * scale.side, id.j * scale.side];
     let nodes = (scale.side + 2 * around + 1) as usize;
-    let window = plans.coarse.window(land, &plans.rivers, first.map(|at| at - around), (nodes, nodes), |_| true);
+    let window = plans.coarse.window(land, &plans.rivers, first.map(|at| at - around), (nodes, nodes), |_| true)?;
     let rivers = RiverIndex::new(&window, scale, range.far_m);
     let positions = (0..POSITIONS).map(|number| {
         let hash = id.hash(seed, Stream::SitePosition.of(number));
@@ -144,13 +154,13 @@ pub(super) fn seat(settings: &PlacesSettings, seed: u64, plans: &Plans, land: &d
     // The sort is stable, so of equal positions the first one wins.
     compared.sort_by(|a, b| b.0.total_cmp(&a.0));
     let vertex = |at: PlanNode| scale.vertex([first[0] + at[0], first[1] + at[1]]);
-    let (worth, at) = compared.into_iter().find(|(_, at)| is_dry(land, scale, vertex(*at), range.dry_m))?;
-    if luck >= settings.density * (worth / GOOD).min(1.0) {
-        return None;
-    }
+    let best = compared.into_iter().find(|(_, at)| is_dry(land.survey, scale, vertex(*at), range.dry_m));
+    let Some((worth, at)) = best.filter(|(worth, _)| luck < settings.density * (worth / GOOD).min(1.0)) else {
+        return Ok(None);
+    };
     // Good land and luck make a town.
     let (class, population) = class_and_people(0.5 * worth + 0.5 * hash::share(id.hash(seed, Stream::SiteClass)));
-    Some(Seat::new(id, vertex(at), class, population))
+    Ok(Some(Seat::new(id, vertex(at), class, population)))
 }
 
 /// Rank above which a settlement is a town.

@@ -1,5 +1,7 @@
 //! Suitability of a place for a settlement: even and dry ground, near to water and to where waters meet, sheltered and
 //! not too high.
+//!
+//! To judge the numbers chosen by eye, look at the places of settlements, on maps of all presets with places.
 
 use crate::geometry::length;
 use crate::land::WaterKind;
@@ -90,7 +92,7 @@ pub(super) fn suitability(
         range.beside(near.river_m).max(range.beside(near.shore_m) * sheltered),
         share(near.meet_m / WIDE_M),
         share(1.0 - (height_m - near.lowest_m) / FLOOR_M),
-        // Altitude costs worth from half of the greatest height on.
+        // Above half of the greatest height, each further metre makes a place worth less.
         share(2.0 - 2.0 * height_m / settings.max_height_m.max(1.0)),
     ];
     Some(goods.iter().zip(WEIGHTS).map(|(good, weight)| good * weight).sum())

@@ -1,10 +1,11 @@
 //! Tests of settlements and roads on a synthetic land: hills, lakes in their hollows, rivers in their valleys.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::{LazyLock, OnceLock};
 
 use super::*;
-use crate::fluvial::survey::{RiverPiece, Sampling};
+use crate::clock::Clock;
+use crate::fluvial::survey::{RiverPiece, Sampling, Survey};
 use crate::grid::Grid;
 use crate::hash;
 use crate::land::WaterKind;
@@ -180,10 +181,16 @@ fn near() -> Area {
     Area::new(1000, 5000, 4000, 4000)
 }
 
+/// Land for planners whom nobody stops.
+fn planned(survey: &dyn Survey) -> Surveyed<'_> {
+    static CLOCK: LazyLock<Clock> = LazyLock::new(Clock::default);
+    Surveyed { survey, clock: &CLOCK }
+}
+
 /// All roads of the wide area, built once for all tests that look at roads.
 fn roads() -> &'static [Arc<Line>] {
     static ROADS: OnceLock<Vec<Arc<Line>>> = OnceLock::new();
-    ROADS.get_or_init(|| places().roads(&land(), &wide()))
+    ROADS.get_or_init(|| places().roads(planned(&land()), &wide()).unwrap())
 }
 
 #[test]
@@ -194,38 +201,42 @@ fn windows_agree_whatever_was_asked_before() {
     let (one, other, third) = (places(), forgetful, places());
     let [west, east] = [near(), Area { x0: 2500, x1: 6500, ..near() }];
     // `one` is asked for the west first, `other` for the east after an area far off, `third` by four threads.
-    let from_west = [one.roads(&land, &west), one.roads(&land, &east)];
-    other.roads(&land, &Area::new(9000, 9000, 300, 300));
-    let east_first = other.roads(&land, &east);
-    let from_east = [other.roads(&land, &west), east_first];
+    let from_west = [one.roads(planned(&land), &west).unwrap(), one.roads(planned(&land), &east).unwrap()];
+    other.roads(planned(&land), &Area::new(9000, 9000, 300, 300)).unwrap();
+    let east_first = other.roads(planned(&land), &east).unwrap();
+    let from_east = [other.roads(planned(&land), &west).unwrap(), east_first];
     assert_eq!(from_west, from_east);
     let parts: Vec<Area> = (0..4).map(|n| Area { x0: 2500 + n * 1000, x1: 3500 + n * 1000, ..east }).collect();
     let in_parts = std::thread::scope(|scope| {
-        let asked: Vec<_> = parts.iter().map(|part| scope.spawn(|| third.roads(&land, part))).collect();
+        let asked: Vec<_> =
+            parts.iter().map(|part| scope.spawn(|| third.roads(planned(&land), part).unwrap())).collect();
         asked.into_iter().flat_map(|thread| thread.join().expect("no thread panics")).collect::<Vec<_>>()
     });
     let by_id: BTreeMap<_, _> = in_parts.into_iter().map(|road| (road.id, road)).collect();
     assert_eq!(by_id.into_values().collect::<Vec<_>>(), from_west[1]);
     assert!(from_west[1].len() > 5, "{} roads", from_west[1].len());
-    assert_eq!(one.sites(&land, &west), third.sites(&land, &west));
+    assert_eq!(one.sites(planned(&land), &west).unwrap(), third.sites(planned(&land), &west).unwrap());
     let union = Area { x0: 1000, x1: 6500, ..near() };
-    let seen: BTreeMap<_, _> =
-        [west, east].iter().flat_map(|area| one.sites(&land, area)).map(|site| (site.id, site)).collect();
-    assert_eq!(seen.into_values().collect::<Vec<_>>(), third.sites(&land, &union));
+    let seen: BTreeMap<_, _> = [west, east]
+        .iter()
+        .flat_map(|area| one.sites(planned(&land), area).unwrap())
+        .map(|site| (site.id, site))
+        .collect();
+    assert_eq!(seen.into_values().collect::<Vec<_>>(), third.sites(planned(&land), &union).unwrap());
 }
 
 #[test]
 fn what_lies_in_a_part_is_what_the_whole_has_there() {
     let (land, part) = (land(), Area::new(2000, 8000, 2000, 2000));
     let inside: Vec<_> = roads().iter().filter(|road| road.concerns(&part)).cloned().collect();
-    assert_eq!(places().roads(&land, &part), inside);
+    assert_eq!(places().roads(planned(&land), &part).unwrap(), inside);
     assert!(!inside.is_empty());
 }
 
 #[test]
 fn settlements_stand_on_dry_and_even_land() {
     let (land, places) = (land(), places());
-    let sites = places.sites(&land, &Area::new(-20_000, -20_000, 40_000, 40_000));
+    let sites = places.sites(planned(&land), &Area::new(-20_000, -20_000, 40_000, 40_000)).unwrap();
     assert!((150..=400).contains(&sites.len()), "{} of 400 cells are settled", sites.len());
     assert!(sites.is_sorted_by_key(|site| site.id));
     for site in &sites {
@@ -287,7 +298,7 @@ impl Survey for Confluences {
 fn settlements_stand_where_rivers_meet_and_above_their_floods() {
     let places = places();
     assert_eq!(places.site_side(), Confluences::SIDE);
-    let sites = places.sites(&Confluences, &Area::new(-20_000, -20_000, 40_000, 40_000));
+    let sites = places.sites(planned(&Confluences), &Area::new(-20_000, -20_000, 40_000, 40_000)).unwrap();
     let from_meeting_m = |site: &Arc<Site>| {
         let off = site.at.map(|at| (at.rem_euclid(Confluences::SIDE) - Confluences::MIDDLE) as f64 * SPACING_M);
         assert!(off[1].abs() >= FLOODED_M, "{site:?} is flooded");
@@ -339,7 +350,7 @@ fn roads_are_never_too_steep_and_end_at_their_sites_or_on_other_roads() {
             assert!((pair[1].level_m - pair[0].level_m).abs() <= most * piece_m, "{} {pair:?}", road.id);
         }
         for (id, index) in [(from, 0), (to, at.len() - 1)] {
-            let site = places.site(&land, id).expect("a road leads to a site");
+            let site = places.site(planned(&land), id).unwrap().expect("a road leads to a site");
             let level_m = road.points[index].level_m;
             if at[index] == site.at.map(|at| at * FIXED) {
                 assert_eq!(level_m as f32, site.height_m);
@@ -479,11 +490,11 @@ fn roads_follow_the_land() {
 #[test]
 fn roads_keep_to_their_corridors() {
     let (settings, places, land) = (PlacesSettings::default(), places(), land());
-    let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, survey: &land };
+    let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, land: planned(&land) };
     let mut kept = 0;
-    for (a, b) in places.edges(&land, &[near()]) {
-        let Some(corridor) = builder.corridor(&a, &b) else { continue };
-        let Some(road) = builder.road(&a, &b, &corridor) else { continue };
+    for (a, b) in places.edges(planned(&land), &[near()]).unwrap() {
+        let Some(corridor) = builder.corridor(&a, &b).unwrap() else { continue };
+        let Some(road) = builder.road(&a, &b, &corridor).unwrap() else { continue };
         for at in places_of(&road) {
             let low = places.plans.fine.scale.node(at.map(|at| at.div_euclid(FIXED)));
             let high = low.map(|at| at + 1);
@@ -491,7 +502,8 @@ fn roads_keep_to_their_corridors() {
         }
         // No road is built for an area that the corridor does not reach.
         let far = Area::new(road.bounds.x0 - 3000, road.bounds.y0 - 3000, 100, 100);
-        assert!(places.road(&land, &a, &b, &[far]).is_none() && places.road(&land, &a, &b, &[road.bounds]).is_some());
+        let road_in = |area: Area| places.road(planned(&land), &a, &b, &[area]).unwrap();
+        assert!(road_in(far).is_none() && road_in(road.bounds).is_some());
         kept += 1;
     }
     assert!(kept > 5, "{kept} roads");
@@ -579,7 +591,7 @@ fn roads_keep_out_of_lakes_and_are_carried_over_rivers() {
 #[test]
 fn bridges_rest_on_the_banks_however_high_a_river_is_told_to_be() {
     let land = TestLand { lifted_m: 100.0, ..land() };
-    let roads = places().roads(&land, &near());
+    let roads = places().roads(planned(&land), &near()).unwrap();
     assert!(roads.iter().map(|road| road.structures.len()).sum::<usize>() > 3);
     for (road, point) in roads.iter().flat_map(|road| road.points.iter().map(move |point| (road, point))) {
         let land_m = land.height_m(road.fixed(point).map(|at| (at + FIXED / 2).div_euclid(FIXED)));
@@ -591,7 +603,7 @@ fn bridges_rest_on_the_banks_however_high_a_river_is_told_to_be() {
 fn gullies_are_bridged_and_ridges_bored_through() {
     for (gully_m, kind) in [(40.0, StructureKind::Bridge), (-70.0, StructureKind::Tunnel)] {
         let land = TestLand { gully_m, ..land() };
-        let roads = places().roads(&land, &near());
+        let roads = places().roads(planned(&land), &near()).unwrap();
         let (mut carried, mut off_m) = (0, [0.0_f64; 2]);
         let points = |road: &Arc<Line>| {
             let point =
@@ -616,7 +628,7 @@ fn gullies_are_bridged_and_ridges_bored_through() {
 fn far_from_the_origin_there_are_places_too() {
     let (land, places) = (land(), places());
     let area = Area::new(10_000_000_000, -10_000_000_000, 6000, 6000);
-    let (sites, roads) = (places.sites(&land, &area), places.roads(&land, &area));
+    let (sites, roads) = (places.sites(planned(&land), &area).unwrap(), places.roads(planned(&land), &area).unwrap());
     assert!(!sites.is_empty() && !roads.is_empty());
     assert!(sites.iter().all(|site| places.cell(site.at) == site.id));
     let near = area.padded(places.reach() as usize);
@@ -631,7 +643,7 @@ fn any_spacing_has_roads_within_their_grades() {
         let places = Places::new(&settings, spacing_m, 7).expect("the defaults are sound");
         let vertices = |metres: f64| (metres / spacing_m) as i64;
         let side = vertices(8000.0) as usize;
-        let roads = places.roads(&land, &Area::new(vertices(2000.0), vertices(10_000.0), side, side));
+        let roads = places.roads(planned(&land), &Area::new(vertices(2000.0), vertices(10_000.0), side, side)).unwrap();
         assert!(roads.len() > 5, "{} roads with {spacing_m} m", roads.len());
         for road in roads {
             assert!(road.max_grade() <= settings.max_grade[class(&road)]);
@@ -648,7 +660,7 @@ fn steep_land_has_roads_that_wind() {
         FixedSegment { from: at[0], to: at[at.len() - 1] }.length_m(SPACING_M)
     };
     let steep = TestLand { relief_m: 2400.0, ..land() };
-    let roads = places().roads(&steep, &near());
+    let roads = places().roads(planned(&steep), &near()).unwrap();
     assert!(!roads.is_empty());
     assert!(roads.iter().any(|road| road.length_m() > 1.3 * straight_m(road)), "a switchback at least");
 }
@@ -678,9 +690,9 @@ fn a_side_too_steep_for_a_straight_road_is_climbed_by_hairpins() {
         let id = SiteId { i: 0, j: number };
         Seat::new(id, at, SiteClass::Hamlet, 50)
     };
-    let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, survey: &slope };
-    let corridor = builder.corridor(&site(0), &site(1)).expect("there is no water");
-    let road = builder.road(&site(0), &site(1), &corridor).expect("hairpins climb it");
+    let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, land: planned(&slope) };
+    let corridor = builder.corridor(&site(0), &site(1)).unwrap().expect("there is no water");
+    let road = builder.road(&site(0), &site(1), &corridor).unwrap().expect("hairpins climb it");
     let at = places_of(&road);
     let eastward: Vec<bool> = at.windows(2).map(|ends| ends[1][0] > ends[0][0]).collect();
     let turns = eastward.windows(2).filter(|pair| pair[0] != pair[1]).count();
@@ -726,9 +738,9 @@ fn a_strait_is_bridged_or_has_no_corridor() {
             let at = [0, row * 20].map(|at| at * places.plans.coarse.scale.step);
             Seat::new(SiteId { i: 0, j: row }, at, SiteClass::Town, 3000)
         };
-        let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, survey: &strait };
+        let builder = RoadBuilder { settings: &settings, seed: 7, plans: &places.plans, land: planned(&strait) };
         let (a, b) = (seat(-1), seat(1));
-        let road = builder.corridor(&a, &b).map(|corridor| builder.road(&a, &b, &corridor));
+        let road = builder.corridor(&a, &b).unwrap().map(|corridor| builder.road(&a, &b, &corridor).unwrap());
         assert_eq!(road.is_some(), is_bridged, "a corridor over {width_m} m");
         let is_bridge = |line: Line| line.structures.iter().any(|structure| structure.kind == StructureKind::Bridge);
         assert!(road.is_none_or(|road| road.is_some_and(is_bridge)), "{width_m} m");

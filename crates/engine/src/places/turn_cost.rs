@@ -4,6 +4,8 @@
 //! where a straight one would be too steep. The arcs have no transition curves: real hairpins, of 6 to 15 m as a rule,
 //! seldom have them ("Mountain Roads' Geometric Design: Methodological Proposal for Hairpin Bend Design/Retrofitting",
 //! Infrastructures 7(9), 112, 2022).
+//!
+//! To judge the numbers chosen by eye, look at the hairpins of `alps`.
 
 use glam::DVec2;
 

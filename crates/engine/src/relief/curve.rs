@@ -1,7 +1,9 @@
 //! Piecewise linear maps of a term's value, for plateaus, benches and cliffs.
 
 #[cfg(feature = "gpu")]
-use crate::noise::gpu_words::put;
+use crate::relief::gpu_words::{CurveWords, RampWords};
+#[cfg(feature = "gpu")]
+use crate::wgsl::push;
 
 /// A piecewise linear map, constant beyond its ends.
 ///
@@ -40,12 +42,14 @@ impl Curve {
         self.bounds
     }
 
-    /// Packs the map: its first output, its bounds, the number of ramps, and the ramps.
+    /// Packs the map.
     #[cfg(feature = "gpu")]
     pub(super) fn pack(&self, words: &mut Vec<u32>) {
-        put(words, [self.start, self.bounds.0, self.bounds.1]);
-        words.push(self.ramps.len() as u32);
-        put(words, self.ramps.iter().flat_map(|ramp| [ramp.from, ramp.width, ramp.slope]));
+        let Curve { start, ref ramps, bounds: (low, high) } = *self;
+        push(words, CurveWords { start, low, high, ramps: ramps.len() as u32 });
+        for Ramp { from, width, slope } in ramps {
+            push(words, RampWords { begin: *from, width: *width, slope: *slope });
+        }
     }
 
     /// Applies the map to each value.

@@ -1,10 +1,13 @@
 //! Relief of noise packed into 32-bit words for GPU kernels, which read them in `shaders/relief.wgsl`.
 
+use bytemuck::{Zeroable, cast_slice};
+
 use super::curve::Curve;
 use super::noise::{NoiseRelief, Share};
 use super::strided::StridedFractal;
 use crate::area::Area;
-use crate::noise::gpu_words::{BLOCK, put};
+use crate::noise::gpu_words::BLOCK;
+use crate::wgsl::push;
 
 /// Several reliefs of noise, packed one after the other.
 #[derive(Clone, Debug, Default)]
@@ -51,51 +54,73 @@ impl VertexBlock {
     }
 }
 
-/// Number of words that describe a block's position.
-const AREA_WORDS: usize = 6;
+kernel_words! {
+    /// A block: position of its first vertex in its area, the size of the area, the offset of the area's heights, and
+    /// the offset of the relief. The block's words of each octave follow it.
+    struct BlockWords in own, BLOCK_WORDS { first: [i32; 2], width: u32, height: u32, heights: u32, relief: u32 }
 
-/// Number of words per term.
-const TERM_WORDS: usize = 5;
+    /// A relief: offsets of the warp's fractals and of the mask of land, each 0 if there is none, and the number of
+    /// terms, which follow it.
+    struct ReliefWords in same, RELIEF_WORDS {
+        east: u32, south: u32, distance_m: f32, land: u32, floor_m: f32, terms: u32,
+    }
+
+    /// A term, with the offsets of its parts.
+    struct TermWords in same, TERM_WORDS { fractal: u32, curve: u32, height_m: f32, base_m: f32, mask: u32 }
+
+    /// A mask. Its noise follows it.
+    struct ShareWords in same, SHARE_WORDS { scale: f32, shift: f32 }
+
+    /// The mean of a fractal, which follows it: 1 if there is one, the map to it, and the bounds.
+    struct MeanWords in same, MEAN_WORDS { is_meant: u32, scale: f32, shift: f32, low: f32, high: f32 }
+
+    /// A curve: its first output, its bounds, and the number of ramps, which follow it.
+    struct CurveWords in same, CURVE_WORDS { start: f32, low: f32, high: f32, ramps: u32 }
+
+    struct RampWords in same, RAMP_WORDS { begin: f32, width: f32, slope: f32 }
+}
 
 impl NoiseRelief {
     /// Packs the relief and returns its offset; `packed.block_words` is then the number of words that
     /// [`pack_block`](NoiseRelief::pack_block) adds per block.
     pub(crate) fn pack(&self, packed: &mut PackedRelief) -> u32 {
         let root = packed.words.len();
-        packed.words.resize(root + 6 + TERM_WORDS * self.terms.len(), 0);
-        packed.block_words = AREA_WORDS;
+        let mut terms = vec![TermWords::zeroed(); self.terms.len()];
         // No part begins at word 0 of the buffer, so an offset of 0 marks a missing part.
+        let mut own = ReliefWords { terms: terms.len() as u32, ..ReliefWords::zeroed() };
+        let first = root + RELIEF_WORDS;
+        packed.words.resize(first + TERM_WORDS * terms.len(), 0);
+        packed.block_words = BLOCK_WORDS;
         if let Some(warp) = &self.warp {
-            packed.words[root] = packed.fractal(&warp.east, false);
-            packed.words[root + 1] = packed.fractal(&warp.south, false);
-            packed.words[root + 2] = warp.distance_m.to_bits();
+            own.east = packed.fractal(&warp.east, false);
+            own.south = packed.fractal(&warp.south, false);
+            own.distance_m = warp.distance_m;
         }
         let is_warped = self.warp.is_some();
-        packed.words[root + 5] = self.terms.len() as u32;
-        for (index, term) in self.terms.iter().enumerate() {
-            let fractal = packed.fractal(&term.fractal, is_warped);
-            let curve = term.curve.as_ref().map_or(0, |curve| packed.curve(curve));
-            let mask = term.mask.as_ref().map_or(0, |mask| packed.share(mask, is_warped));
-            packed.words[root + 6 + TERM_WORDS * index..][..TERM_WORDS].copy_from_slice(&[
-                fractal,
-                curve,
-                term.height_m.to_bits(),
-                term.base_m.to_bits(),
-                mask,
-            ]);
+        for (term, words) in self.terms.iter().zip(&mut terms) {
+            *words = TermWords {
+                fractal: packed.fractal(&term.fractal, is_warped),
+                curve: term.curve.as_ref().map_or(0, |curve| packed.curve(curve)),
+                height_m: term.height_m,
+                base_m: term.base_m,
+                mask: term.mask.as_ref().map_or(0, |mask| packed.share(mask, is_warped)),
+            };
         }
         if let Some((share, floor_m)) = &self.land {
-            packed.words[root + 3] = packed.share(share, is_warped);
-            packed.words[root + 4] = floor_m.to_bits();
+            own.land = packed.share(share, is_warped);
+            own.floor_m = *floor_m;
         }
+        packed.words[root..first].copy_from_slice(cast_slice(&[own]));
+        packed.words[first..][..TERM_WORDS * terms.len()].copy_from_slice(cast_slice(&terms));
         root as u32
     }
 
     /// Adds the words of a block.
     pub(crate) fn pack_block(&self, block: &VertexBlock, words: &mut Vec<u32>) {
         let VertexBlock { first: (x, y), area, heights, relief } = *block;
-        let at = [x - area.x0, y - area.y0].map(|at| at as i32 as u32);
-        words.extend([at[0], at[1], area.width() as u32, area.height() as u32, heights, relief]);
+        let first = [x - area.x0, y - area.y0].map(|at| at as i32);
+        let (width, height) = (area.width() as u32, area.height() as u32);
+        push(words, BlockWords { first, width, height, heights, relief });
         for (fractal, is_warped) in self.fractals(self.warp.is_some()) {
             fractal.pack_block(is_warped, (x, y), words);
         }
@@ -131,7 +156,7 @@ impl PackedRelief {
     /// Packs a mask and returns its offset.
     fn share(&mut self, share: &Share, is_warped: bool) -> u32 {
         let at = self.words.len() as u32;
-        put(&mut self.words, [share.scale, share.shift]);
+        push(&mut self.words, ShareWords { scale: share.scale, shift: share.shift });
         self.fractal(&share.noise, is_warped);
         at
     }

@@ -2,7 +2,7 @@
 
 mod curve;
 #[cfg(feature = "gpu")]
-mod gpu_words;
+pub(crate) mod gpu_words;
 mod noise;
 mod strided;
 pub mod settings;
@@ -18,6 +18,7 @@ use crate::clock::{Clock, stage};
 use crate::fluvial::Fluvial;
 use crate::grid::Grid;
 use crate::land::Land;
+use crate::stop::Stopped;
 
 /// A world's relief, shared by its copies. Heights are a pure function of the vertex: they have the same bits in
 /// whatever area they are computed.
@@ -40,15 +41,18 @@ impl Relief {
 
     /// Returns the heights in metres at all vertices of `area`.
     pub fn heights(&self, area: Area) -> Grid<f32> {
-        self.land(area, &Clock::default()).heights
+        Clock::unstopped(|clock| self.land(area, clock)).heights
     }
 
     /// Returns heights and water at all vertices of `area`, and books the time of each stage on `clock`.
-    pub fn land(&self, area: Area, clock: &Clock) -> Land {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn land(&self, area: Area, clock: &Clock) -> Result<Land, Stopped> {
         match self {
             Relief::Noise(noise) => {
-                let heights = clock.time(stage::RELIEF, || noise.heights(area));
-                Land { heights, water: None }
+                let heights = clock.time(stage::RELIEF, || noise.heights(area, clock))??;
+                Ok(Land { heights, water: None })
             }
             Relief::Fluvial(fluvial) => fluvial.land(area, clock),
         }

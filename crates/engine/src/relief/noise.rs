@@ -1,6 +1,7 @@
 //! Relief of noise: the height of any vertex as a sum of fractals.
 
 use crate::area::{Area, Stride};
+use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::hash::{self, Stream, StreamNumber};
 #[cfg(feature = "gpu")]
@@ -10,7 +11,7 @@ use crate::recipe::mask::Mask;
 use crate::relief::curve::Curve;
 use crate::relief::settings::{LandMask, NoiseTerm, WarpSettings};
 use crate::relief::strided::StridedFractal;
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Relief of noise: fractal terms, added up at warped positions, and lowered to the sea floor where there is no land.
 ///
@@ -104,19 +105,22 @@ impl NoiseRelief {
     }
 
     /// Returns the heights in metres at all vertices of `area`.
-    pub fn heights(&self, area: Area) -> Grid<f32> {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn heights(&self, area: Area, clock: &Clock) -> Result<Grid<f32>, Stopped> {
         let mut heights = Grid::filled(area, 0.0);
         // Computed in bands that fit into the second-level cache, whatever the size of the tile.
         const BAND_VERTICES: usize = 1 << 16;
         let rows = (BAND_VERTICES / area.width().max(1)).max(1);
         let mut scratch = BandScratch::default();
         for (band, out) in heights.values_mut().chunks_mut(rows * area.width().max(1)).enumerate() {
-            stop::check();
+            clock.check()?;
             let y0 = area.y0 + (band * rows) as i64;
             let band = Area { y0, y1: y0 + (out.len() / area.width()) as i64, ..area };
             self.fill_band(band, &mut scratch, out);
         }
-        heights
+        Ok(heights)
     }
 
     fn fill_band(&self, band: Area, scratch: &mut BandScratch, out: &mut [f32]) {

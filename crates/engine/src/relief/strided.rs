@@ -7,9 +7,11 @@
 
 use crate::area::{Area, Stride};
 use crate::hash;
-#[cfg(feature = "gpu")]
-use crate::noise::gpu_words::put;
 use crate::noise::{Fractal, FractalSpec};
+#[cfg(feature = "gpu")]
+use crate::relief::gpu_words::MeanWords;
+#[cfg(feature = "gpu")]
+use crate::wgsl::push;
 
 /// Shortest wavelength, in nodes, of an octave that is kept.
 const LEAST_WAVE: f64 = 2.0;
@@ -66,13 +68,13 @@ impl StridedFractal {
     /// Packs the fractal, with the mean before its octaves, and adds the number of words per block to `block_words`.
     #[cfg(feature = "gpu")]
     pub fn pack(&self, is_warped: bool, words: &mut Vec<u32>, block_words: &mut usize) {
-        words.push(self.mean.is_some().into());
         let Mean { scale, shift } = self.mean.unwrap_or(Mean { scale: 1.0, shift: 0.0 });
-        put(words, [scale, shift, self.bounds.0, self.bounds.1]);
+        let (low, high) = self.bounds;
+        push(words, MeanWords { is_meant: self.mean.is_some().into(), scale, shift, low, high });
         match &self.shown {
             Some(fractal) => fractal.pack(is_warped, words, block_words),
             // No octaves.
-            None => words.extend([0, 0]),
+            None => push(words, [0; 2]),
         }
     }
 

@@ -51,8 +51,8 @@ use std::sync::OnceLock;
 pub use lanes::{MAX_LANES, Simd};
 pub use level::Level;
 
-/// Returns the starts of vectors of `lanes` values that cover `len` values. The last vector overlaps the one before: the
-/// same values are written again.
+/// Returns the starts of vectors of `lanes` values that cover `len` values. The last vector overlaps the one before:
+/// the same values are written again.
 pub fn starts(len: usize, lanes: usize) -> impl Iterator<Item = usize> {
     (0..len).step_by(lanes).map(move |at| at.min(len - lanes))
 }

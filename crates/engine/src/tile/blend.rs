@@ -62,7 +62,7 @@ impl Material {
 }
 
 /// Distance in vertices of the four places around a vertex that must be about as high for it to count as meadow.
-const FLOOR: i64 = 3;
+pub(super) const FLOOR: i64 = 3;
 
 /// Thickness of ice in metres from which on no ground shows through.
 const WHOLE_ICE_M: f32 = 5.0;

@@ -36,8 +36,8 @@ pub struct Instance {
 /// where vertices lie more than 14 m apart.
 pub const A_HECTARE: [f64; 4] = [60.0, 30.0, 30.0, 20.0];
 
-/// Largest side of a candidate cell in metres, where vertices lie at most 14 m apart; the side is more than half of
-/// this there.
+/// Largest side of a candidate cell in metres, where vertices lie at most 14 m apart. The least side there is more than
+/// half of this.
 const MOST_SIDE_M: f64 = 7.0;
 
 /// Exponent of the least side of a candidate cell, 2^-1 vertices. It allows four candidates in a cell of the tile and
@@ -130,8 +130,8 @@ pub fn least_distance_m(world: &World) -> f64 {
     Candidates::new(world).side() * world.spacing_m() * LEAST_DISTANCE
 }
 
-/// Estimates the largest number of instances on a tile of so many cells a side, with a tenth and a thousand added for
-/// chance.
+/// Estimates the largest number of instances on a tile of `cells` cells a side. A tenth and another thousand are added
+/// for what chance may do.
 pub fn most_instances(world: &World, cells: u32) -> u64 {
     let candidates = Candidates::new(world);
     let side = f64::from(cells) / candidates.side() + 1.0;

@@ -46,8 +46,8 @@ impl Tile {
         libm::atanf(self.normals.slope().at(x, y)) * DEGREES
     }
 
-    /// Returns the aspect at a vertex, the direction in which the ground falls: in degrees clockwise from north, 0 up to
-    /// 360. `None` on level ground.
+    /// Returns the aspect at a vertex, the direction in which the ground falls: in degrees clockwise from north, 0 up
+    /// to 360. `None` on level ground.
     ///
     /// # Panics
     /// When the vertex is not one of the tile's.
@@ -129,8 +129,8 @@ impl<'a> TileView<'a> {
         })
     }
 
-    /// Returns the kind of water at a vertex, without the rivers that agents dig. Where the relief has no water, that is
-    /// the sea wherever the land lies below its level.
+    /// Returns the kind of water at a vertex, without the rivers that agents dig. Where the relief has no water, that
+    /// is the sea wherever the land lies below its level.
     ///
     /// # Panics
     /// When the vertex is not one of the tile's.
@@ -163,7 +163,7 @@ impl<'a> TileView<'a> {
 /// there.
 fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
     let wide = input(area);
-    let land = world.relief().land(wide, &Clock::default());
+    let land = Clock::unstopped(|clock| world.relief().land(wide, clock));
     let mut levels_m = land.heights;
     if let Some(water) = land.water {
         for (level_m, depth_m) in levels_m.values_mut().iter_mut().zip(water.depth_m.values()) {
@@ -173,7 +173,7 @@ fn levels(world: &World, area: Area) -> (Grid<f32>, Option<Water>) {
     }
     if world.stride() == Stride::ONE {
         // Agents' rivers run in the beds that they dig, so the beds are dug first.
-        let lines = world.lines(&wide);
+        let lines = Clock::unstopped(|clock| world.lines(&wide, clock));
         let rivers = lines.iter().map(AsRef::as_ref).filter(|line| line.kind == LineKind::River);
         if let Some(imprint) = Imprint::new(&levels_m, None, rivers) {
             imprint.shape(&mut levels_m, None);

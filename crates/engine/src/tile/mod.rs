@@ -21,6 +21,8 @@ pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
 pub use rule::GroundRule;
+#[cfg(feature = "gpu")]
+pub(crate) use rule::wgsl;
 pub(crate) use surface::TileSurface;
 #[cfg(feature = "gpu")]
 pub(crate) use surroundings::{REACH as RUBBLE_REACH, STEPS as RUBBLE_STEPS};
@@ -37,6 +39,7 @@ use crate::grid::Grid;
 use crate::land::{Land, Water};
 use crate::lines::{Bed, Imprint, Line, Lines};
 use crate::places::site::Site;
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// Returns the area whose settlements are seen on an area: a settlement's mark on a map reaches no further than this.
@@ -107,7 +110,10 @@ impl TilePlan {
     }
 
     /// Plans the tile at `id`, and books the time of each stage on `clock`.
-    pub fn new(world: &World, id: TileId, clock: &Clock) -> TilePlan {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn new(world: &World, id: TileId, clock: &Clock) -> Result<TilePlan, Stopped> {
         let cells = id.area(world.tile_cells());
         let shaped = shaped_input(world, cells);
         let wide = Imprint::input(shaped);
@@ -116,13 +122,13 @@ impl TilePlan {
         let (lines, sites) = match world.stride() {
             Stride::ONE => {
                 let near = sites_input(normals::input(cells));
-                clock.time(stage::LINES, || (world.lines(&wide), world.sites(&near)))
+                clock.time(stage::LINES, || Ok((world.lines(&wide, clock)?, world.sites(&near, clock)?)))??
             }
             _ => Default::default(),
         };
         // Built roads need more land, since water must find its way through them.
         let is_built = lines.iter().any(|line| matches!(line.bed, Bed::Built { .. }));
-        TilePlan { id, lines, crossings: Lines::new(), sites, land: if is_built { wide } else { shaped } }
+        Ok(TilePlan { id, lines, crossings: Lines::new(), sites, land: if is_built { wide } else { shaped } })
     }
 }
 
@@ -145,13 +151,16 @@ impl Tile {
     /// # Panics
     /// When a vertex of the tile lies more than [`MAX_COORDINATE`](crate::area::MAX_COORDINATE) from the origin.
     pub fn new(world: &World, id: TileId) -> Tile {
-        Tile::timed(world, id, &Clock::default())
+        Clock::unstopped(|clock| Tile::timed(world, id, clock))
     }
 
     /// Does the same as [`new`](Tile::new), and books the time of each stage on `clock`.
-    pub fn timed(world: &World, id: TileId, clock: &Clock) -> Tile {
-        let plan = TilePlan::new(world, id, clock);
-        let land = world.relief().land(plan.land, clock);
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn timed(world: &World, id: TileId, clock: &Clock) -> Result<Tile, Stopped> {
+        let plan = TilePlan::new(world, id, clock)?;
+        let land = world.relief().land(plan.land, clock)?;
         Tile::of_plan(world, plan, land, clock)
     }
 
@@ -159,11 +168,11 @@ impl Tile {
     ///
     /// # Panics
     /// When `land` does not cover the area that the plan asks for.
-    pub(crate) fn of_plan(world: &World, plan: TilePlan, land: Land, clock: &Clock) -> Tile {
+    pub(crate) fn of_plan(world: &World, plan: TilePlan, land: Land, clock: &Clock) -> Result<Tile, Stopped> {
         let lines = plan.lines.iter().map(AsRef::as_ref);
-        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&land.heights, land.water.as_ref(), lines));
-        let (land, surface) = TileSurface::of_land(world, plan.id, land, imprint, clock);
-        Tile::build(world, plan, land, surface)
+        let imprint = clock.time(stage::IMPRINT, || Imprint::new(&land.heights, land.water.as_ref(), lines))?;
+        let (land, surface) = TileSurface::of_land(world, plan.id, land, imprint, clock)?;
+        Ok(Tile::build(world, plan, land, surface))
     }
 
     /// Builds the tile of a plan, given its land as shaped by lines, and the surface of that land.

@@ -4,16 +4,16 @@ use std::f64::consts::SQRT_2;
 
 use crate::area::Stride;
 use crate::hash::{Stream, stream};
-#[cfg(feature = "gpu")]
-use crate::noise::gpu_words::put;
 use crate::noise::{Fractal, FractalKind, FractalSpec};
 use crate::preset::Preset;
 use crate::preset::ground::GroundSettings;
 use crate::simd::Simd;
 #[cfg(feature = "gpu")]
-use crate::tile::blend::floor_scale;
+use crate::tile::blend::{FLOOR, floor_scale};
 #[cfg(feature = "gpu")]
-use crate::tile::surroundings::{ROLL_SHIFT, Round};
+use crate::tile::surroundings::{REACH, ROLL_SHIFT, Round};
+#[cfg(feature = "gpu")]
+use crate::wgsl::push;
 use crate::world::World;
 
 /// The rule that decides where each ground material lies. Each limit of the settings is a ramp from 0 to 1.
@@ -115,6 +115,24 @@ const NOISE_DEVIATION: f64 = 0.3;
 /// Slope with which forest dies out whatever the noise: over the last quarter of a ramp, to none at its end.
 const LAST: f32 = 4.0;
 
+#[cfg(feature = "gpu")]
+kernel_words! {
+    /// A ground rule, with its ramps as scale and shift. The rounds of rubble follow it.
+    struct RuleWords in same, RULE_WORDS {
+        slope_scale: f32, half_per_spacing: f32,
+        dirt: [f32; 2], rock: [f32; 2], no_sand: [f32; 2], steep_sand: [f32; 2],
+        snow: [f32; 2], snow_north_m: f32, snow_slides: [f32; 2],
+        looks_around: u32, has_noise: u32, has_scree: u32, scree: [f32; 2],
+        forest_bias: f32, tree_line: [f32; 2], forest_north_m: f32, too_steep: [f32; 2], no_meadow: [f32; 2],
+        forest_edge: f32, floor_scale: f32,
+    }
+
+    /// A round of rubble, as in [`Round`].
+    struct RoundWords in same, ROUND_WORDS { losses: [f32; 2], roll_scales: [f32; 2] }
+
+    const TREE_LINE: f32, STEEP: f32, MEADOW: f32, LAST: f32, ROLL_SHIFT: f32, FLOOR: u32, REACH: u32;
+}
+
 impl GroundRule {
     /// Returns the rule of a world, at the world's nodes.
     pub fn of(world: &World) -> GroundRule {
@@ -181,25 +199,37 @@ impl GroundRule {
         self
     }
 
-    /// Packs the rule into words for kernels on other devices; `shaders/tile.wgsl` names their places. Settings that
-    /// need water are left out.
+    /// Packs the rule into words for kernels on other devices. Settings that need water are left out.
     #[cfg(feature = "gpu")]
     pub(crate) fn pack(&self, words: &mut Vec<u32>) {
         let ramp = |ramp: LinearStep| [ramp.scale, ramp.shift];
-        let Forest { bias, tree_line, north_m, too_steep, no_meadow, likes_wet: _, edge } = self.forest;
-        put(words, [self.slope_scale, self.half_per_spacing]);
-        put(words, [self.dirt, self.rock, self.no_sand, self.steep_sand, self.snow].into_iter().flat_map(ramp));
-        put(words, [self.snow_north_m]);
-        put(words, ramp(self.snow_slides));
-        words.extend([self.is_ragged, self.noise.is_some(), self.scree.is_some()].map(u32::from));
-        put(words, ramp(self.scree.map_or(LinearStep::always(0.0), |scree| scree.lies)));
-        put(words, [bias]);
-        put(words, ramp(tree_line));
-        put(words, [north_m]);
-        put(words, [too_steep, no_meadow].into_iter().flat_map(ramp));
-        put(words, [edge, floor_scale(self.half_per_spacing), ROLL_SHIFT]);
-        for round in self.scree.iter().flat_map(|scree| Round::all(self.spacing_m, scree.reach_m)) {
-            put(words, round.losses.into_iter().chain(round.roll_scales));
+        let rule = RuleWords {
+            slope_scale: self.slope_scale,
+            half_per_spacing: self.half_per_spacing,
+            dirt: ramp(self.dirt),
+            rock: ramp(self.rock),
+            no_sand: ramp(self.no_sand),
+            steep_sand: ramp(self.steep_sand),
+            snow: ramp(self.snow),
+            snow_north_m: self.snow_north_m,
+            snow_slides: ramp(self.snow_slides),
+            looks_around: self.is_ragged.into(),
+            has_noise: self.noise.is_some().into(),
+            has_scree: self.scree.is_some().into(),
+            scree: ramp(self.scree.map_or(LinearStep::always(0.0), |scree| scree.lies)),
+            forest_bias: self.forest.bias,
+            tree_line: ramp(self.forest.tree_line),
+            forest_north_m: self.forest.north_m,
+            too_steep: ramp(self.forest.too_steep),
+            no_meadow: ramp(self.forest.no_meadow),
+            forest_edge: self.forest.edge,
+            floor_scale: floor_scale(self.half_per_spacing),
+        };
+        push(words, rule);
+        for Round { losses, roll_scales } in
+            self.scree.iter().flat_map(|scree| Round::all(self.spacing_m, scree.reach_m))
+        {
+            push(words, RoundWords { losses, roll_scales });
         }
     }
 

@@ -4,6 +4,7 @@ use crate::area::{Area, TileId};
 use crate::clock::{Clock, stage};
 use crate::land::Land;
 use crate::lines::Imprint;
+use crate::stop::Stopped;
 use crate::tile::{Blend, GroundRule, Normals, shaped_input};
 use crate::world::World;
 
@@ -27,18 +28,18 @@ impl TileSurface {
         mut land: Land,
         mut imprint: Option<Imprint>,
         clock: &Clock,
-    ) -> (Land, TileSurface) {
+    ) -> Result<(Land, TileSurface), Stopped> {
         let cells = id.area(world.tile_cells());
         let shaped = shaped_input(world, cells);
         if let Some(imprint) = &imprint {
-            clock.time(stage::IMPRINT, || imprint.shape(&mut land.heights, land.water.as_ref()));
+            clock.time(stage::IMPRINT, || imprint.shape(&mut land.heights, land.water.as_ref()))?;
         }
         if land.heights.area() != shaped {
             land = land.part(shaped);
             imprint = imprint.map(|imprint| imprint.part(shaped));
         }
-        let surface = TileSurface::new(&GroundRule::of(world), &land, imprint, cells, clock);
-        (land, surface)
+        let surface = TileSurface::new(&GroundRule::of(world), &land, imprint, cells, clock)?;
+        Ok((land, surface))
     }
 
     /// Computes the surface of the vertices of `area`, given the land around them as shaped by lines, and books the
@@ -46,10 +47,16 @@ impl TileSurface {
     ///
     /// # Panics
     /// When `land` does not hold the [input](crate::tile::shaped_input) of the area.
-    pub fn new(rule: &GroundRule, land: &Land, imprint: Option<Imprint>, area: Area, clock: &Clock) -> TileSurface {
+    pub fn new(
+        rule: &GroundRule,
+        land: &Land,
+        imprint: Option<Imprint>,
+        area: Area,
+        clock: &Clock,
+    ) -> Result<TileSurface, Stopped> {
         let Land { heights, water } = land;
         // Central differences, which reach across the tile's edge.
-        let normals = clock.time(stage::NORMALS, || Normals::new(heights, area, rule.spacing_m()));
+        let normals = clock.time(stage::NORMALS, || Normals::new(heights, area, rule.spacing_m()))?;
         // Materials, with the sand and dirt of lines on top.
         let blend = clock.time(stage::BLEND, || {
             let mut blend = Blend::new(rule, heights, water.as_ref(), &normals);
@@ -57,7 +64,7 @@ impl TileSurface {
                 blend.cover_with(imprint);
             }
             blend
-        });
-        TileSurface { normals, blend, imprint }
+        })?;
+        Ok(TileSurface { normals, blend, imprint })
     }
 }

@@ -5,8 +5,8 @@ use crate::world::World;
 
 /// A tile and the world that it is a tile of.
 ///
-/// A tile holds what its vertices need and no settings of the world, such as the level of the sea. Whatever takes both reads them from
-/// here.
+/// A tile holds what its vertices need and no settings of the world, such as the level of the sea. Whatever takes both
+/// reads them from here.
 #[derive(Clone, Copy, Debug)]
 pub struct TileView<'a> {
     /// The tile.

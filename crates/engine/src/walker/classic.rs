@@ -546,7 +546,7 @@ mod tests {
         for step in 1..400 {
             let (east, south) = (step % 40, step / 40);
             let east = if south % 2 == 0 { east } else { 40 - east };
-            walker.move_to(64.0 * (east as f64 + 0.5), 64.0 * (3 * south) as f64 + 32.0);
+            walker.move_to(64.0 * (east as f64 + 0.5), 64.0 * (3 * south) as f64 + 32.0).unwrap();
         }
         let bare = |id: TileId| world.relief().heights(tile::shaped_input(&world, id.area(64)));
         let (mut crossed, mut worst_m, mut risen) = (0, 0f64, 0);

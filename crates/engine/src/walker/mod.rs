@@ -40,6 +40,7 @@ use crate::grid::Grid;
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::lines::{Line, Lines};
+use crate::stop::{Stop, Stopped};
 use crate::tile::{self, Tile, TilePlan, TileSurface};
 use crate::world::World;
 use classic::TileAgents;
@@ -92,8 +93,8 @@ pub struct Expansion {
 /// let world = World::new(preset, Some(7))?;
 /// let mut walker = Walker::new(&world, WalkerOptions::default());
 /// // Tile (0, 0) is 64 m wide, and the walker starts in its middle.
-/// assert!(walker.move_to(63.0, 32.0).is_none());
-/// let expansion = walker.move_to(65.0, 32.0).expect("the next tile");
+/// assert!(walker.move_to(63.0, 32.0)?.is_none());
+/// let expansion = walker.move_to(65.0, 32.0)?.expect("the next tile");
 /// assert_eq!((expansion.entered.len(), expansion.left.len()), (3, 3));
 /// # Ok::<(), terrane::error::Error>(())
 /// ```
@@ -117,15 +118,25 @@ impl<'w> Walker<'w> {
     /// # Panics
     /// When there are no layers, or when a vertex would lie more than [`MAX_COORDINATE`] from the origin.
     pub fn new(world: &'w World, options: WalkerOptions) -> Walker<'w> {
-        Walker::with_maker(world, options, Cpu::maker(world.relief()))
+        let maker = Cpu::maker(world.relief());
+        Clock::unstopped(|clock| Walker::with_maker(world, options, maker, clock.stop()))
     }
 
-    /// Creates a walker as [`new`](Walker::new) does, with a given maker of the world's land. The tiles are the same.
+    /// Creates a walker as [`new`](Walker::new) does, with a given maker of the world's land and a stop. The tiles are
+    /// the same.
+    ///
+    /// # Errors
+    /// When the work is stopped.
     ///
     /// # Panics
     /// As [`new`](Walker::new).
-    pub fn with_maker(world: &'w World, options: WalkerOptions, maker: Arc<dyn LandMaker>) -> Walker<'w> {
-        Walker::begin(world, maker, options, Records::default())
+    pub fn with_maker(
+        world: &'w World,
+        options: WalkerOptions,
+        maker: Arc<dyn LandMaker>,
+        stop: &Stop,
+    ) -> Result<Walker<'w>, Stopped> {
+        Walker::begin(world, maker, options, Records::default(), stop)
     }
 
     /// Creates a walker that knows the tiles of an earlier walk. When it comes upon one of them, that tile is as it
@@ -142,10 +153,17 @@ impl<'w> Walker<'w> {
         records: impl IntoIterator<Item = TileRecord>,
     ) -> Result<Walker<'w>, Error> {
         let records = walked::sound(world, records)?;
-        Ok(Walker::begin(world, Cpu::maker(world.relief()), options, records))
+        let maker = Cpu::maker(world.relief());
+        Ok(Clock::unstopped(|clock| Walker::begin(world, maker, options, records, clock.stop())))
     }
 
-    fn begin(world: &'w World, maker: Arc<dyn LandMaker>, options: WalkerOptions, records: Records) -> Walker<'w> {
+    fn begin(
+        world: &'w World,
+        maker: Arc<dyn LandMaker>,
+        options: WalkerOptions,
+        records: Records,
+        stop: &Stop,
+    ) -> Result<Walker<'w>, Stopped> {
         assert!(options.layers > 0, "a walker has at least one layer of tiles around its own");
         let mut walker = Walker {
             world,
@@ -156,12 +174,12 @@ impl<'w> Walker<'w> {
             moved_south: false,
             standing: BTreeMap::new(),
             records,
-            clock: Clock::default(),
+            clock: Clock::stopped_by(stop),
         };
         walker.check_tile();
         let missing = walker.missing();
-        walker.make(&missing);
-        walker
+        walker.make(&missing)?;
+        Ok(walker)
     }
 
     /// Moves the walker to a place in metres from the origin. Returns `None` if the walker stays in its tile and no
@@ -170,9 +188,12 @@ impl<'w> Walker<'w> {
     /// If the walker enters another tile, the missing tiles around it are made, and tiles outside its layers are
     /// removed.
     ///
+    /// # Errors
+    /// When the work is stopped.
+    ///
     /// # Panics
     /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
-    pub fn move_to(&mut self, east_m: f64, south_m: f64) -> Option<Expansion> {
+    pub fn move_to(&mut self, east_m: f64, south_m: f64) -> Result<Option<Expansion>, Stopped> {
         assert!(east_m.is_finite() && south_m.is_finite(), "a walker is somewhere, not at ({east_m}, {south_m})");
         let side_m = self.world.tile_cells() as f64 * self.world.spacing_m();
         let [x, y] = [east_m, south_m].map(|metres| (metres / side_m).floor() as i64);
@@ -181,13 +202,16 @@ impl<'w> Walker<'w> {
 
     /// Moves the walker to the middle of a tile; otherwise as [`move_to`](Walker::move_to).
     ///
+    /// # Errors
+    /// When the work is stopped.
+    ///
     /// # Panics
     /// When a vertex would lie more than [`MAX_COORDINATE`] from the origin.
-    pub fn enter(&mut self, tile: TileId) -> Option<Expansion> {
+    pub fn enter(&mut self, tile: TileId) -> Result<Option<Expansion>, Stopped> {
         self.go(middle_m(self.world, tile), tile)
     }
 
-    fn go(&mut self, position_m: [f64; 2], tile: TileId) -> Option<Expansion> {
+    fn go(&mut self, position_m: [f64; 2], tile: TileId) -> Result<Option<Expansion>, Stopped> {
         let start = Instant::now();
         self.position_m = position_m;
         let before = std::mem::replace(&mut self.tile, tile);
@@ -202,13 +226,13 @@ impl<'w> Walker<'w> {
         let layers = self.options.layers as u64;
         let left: Vec<TileId> = self.standing.keys().copied().filter(|id| distance(self.tile, *id) > layers).collect();
         if entered.is_empty() && left.is_empty() {
-            return None;
+            return Ok(None);
         }
         for id in &left {
             self.standing.remove(id);
         }
-        self.make(&entered);
-        Some(Expansion { entered, left, elapsed: start.elapsed() })
+        self.make(&entered)?;
+        Ok(Some(Expansion { entered, left, elapsed: start.elapsed() }))
     }
 
     /// Returns the walker's position in metres east and south of the origin.
@@ -267,38 +291,42 @@ impl<'w> Walker<'w> {
     }
 
     /// Makes tiles that do not exist yet.
-    fn make(&mut self, ids: &[TileId]) {
+    fn make(&mut self, ids: &[TileId]) -> Result<(), Stopped> {
         // The bare heights of all tiles are made in parallel.
-        let heights = self.bare_heights(ids);
+        let heights = self.bare_heights(ids)?;
         // The agents walk one tile after another, because the next tile continues the agents that wait at its edges.
         let mut lines = Vec::with_capacity(ids.len());
         for (&id, heights) in ids.iter().zip(&heights) {
-            lines.push(self.settle(id, heights));
+            lines.push(self.settle(id, heights)?);
         }
         // Lines from records, beds, normals and blend weights are made in parallel again.
         let Walker { world, options, records, clock, .. } = self;
         let jobs: Vec<_> = ids.iter().zip(heights).zip(lines).collect();
         let made = jobs.into_par_iter().map(|((&id, heights), lines)| {
-            let lines = lines.or_else(|| {
-                let record = records.find(id).filter(|_| options.agents)?;
-                Some(clock.time(stage::LINES, || TileAgents::new(world, id, &heights).lines(record)))
-            });
-            (id, stand(world, options.agents.then_some(&*records), id, heights, lines.unwrap_or_default(), clock))
+            let lines = match (lines, records.find(id).filter(|_| options.agents)) {
+                (Some(lines), _) => lines,
+                (None, Some(record)) => {
+                    clock.time(stage::LINES, || TileAgents::new(world, id, &heights).lines(record))?
+                }
+                (None, None) => Vec::new(),
+            };
+            Ok((id, stand(world, options.agents.then_some(&*records), id, heights, lines, clock)?))
         });
-        let made: Vec<_> = made.collect();
+        let made: Vec<_> = made.collect::<Result<_, _>>()?;
         self.standing.extend(made);
+        Ok(())
     }
 
     /// Makes and records the lines of a tile that is made for the first time; `None` for any other tile.
-    fn settle(&mut self, id: TileId, heights: &Grid<f32>) -> Option<Vec<Line>> {
+    fn settle(&mut self, id: TileId, heights: &Grid<f32>) -> Result<Option<Vec<Line>>, Stopped> {
         if !self.options.agents || self.records.find(id).is_some() {
-            return None;
+            return Ok(None);
         }
         let growth = self.growth(id);
         let agents = TileAgents::new(self.world, id, heights);
-        let (record, lines) = self.clock.time(stage::LINES, || agents.settle(&self.records, growth));
+        let (record, lines) = self.clock.time(stage::LINES, || agents.settle(&self.records, growth))?;
         self.records.add(record);
-        Some(lines)
+        Ok(Some(lines))
     }
 
     /// Returns the direction in which the terrain grows at a tile: from the walker to the tile, and at a corner along
@@ -324,7 +352,7 @@ impl<'w> Walker<'w> {
     }
 
     /// Makes the bare heights of tiles, with their pad.
-    fn bare_heights(&self, ids: &[TileId]) -> Vec<Grid<f32>> {
+    fn bare_heights(&self, ids: &[TileId]) -> Result<Vec<Grid<f32>>, Stopped> {
         // Split into bands, so that threads share the work evenly instead of waiting for one that makes the last tile.
         const BAND_ROWS: i64 = 32;
         let area = |id: &TileId| tile::shaped_input(self.world, id.area(self.world.tile_cells()));
@@ -334,7 +362,7 @@ impl<'w> Walker<'w> {
             (first..area.y1).step_by(BAND_ROWS as usize).map(edges).map(move |(y0, y1)| Area { y0, y1, ..area })
         };
         let bands: Vec<Area> = ids.iter().map(area).flat_map(bands_of).collect();
-        let mut made = self.maker.lands(&bands, &self.clock).into_iter();
+        let mut made = self.maker.lands(&bands, &self.clock)?.into_iter();
         let joined = |id: &TileId| {
             let mut heights = Grid::filled(area(id), 0.0);
             let mut left = heights.values_mut();
@@ -346,7 +374,7 @@ impl<'w> Walker<'w> {
             }
             heights
         };
-        ids.iter().map(joined).collect()
+        Ok(ids.iter().map(joined).collect())
     }
 }
 
@@ -358,14 +386,17 @@ fn stand(
     heights: Grid<f32>,
     lines: Vec<Line>,
     clock: &Clock,
-) -> Tile {
+) -> Result<Tile, Stopped> {
     let agents = TileAgents::new(world, id, &heights);
-    let crossings = records.map_or_else(Vec::new, |records| clock.time(stage::LINES, || agents.crossings(records)));
-    let imprint = records.and_then(|_| clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings)));
+    let (mut crossings, mut imprint) = (Vec::new(), None);
+    if let Some(records) = records {
+        crossings = clock.time(stage::LINES, || agents.crossings(records))?;
+        imprint = clock.time(stage::IMPRINT, || agents.imprint(&lines, &crossings))?;
+    }
     let lines: Lines = lines.into_iter().map(Arc::new).collect();
     let crossings: Lines = crossings.into_iter().map(|(_, line)| Arc::new(line)).collect();
-    let (land, surface) = TileSurface::of_land(world, id, Land { heights, water: None }, imprint, clock);
-    Tile::build(world, TilePlan::of_lines(world, id, lines, crossings), land, surface)
+    let (land, surface) = TileSurface::of_land(world, id, Land { heights, water: None }, imprint, clock)?;
+    Ok(Tile::build(world, TilePlan::of_lines(world, id, lines, crossings), land, surface))
 }
 
 /// Returns the middle of a tile in metres east and south of the origin.

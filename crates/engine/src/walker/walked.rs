@@ -4,6 +4,7 @@ use crate::agents::record::{Records, TileRecord};
 use crate::area::TileId;
 use crate::clock::{Clock, stage};
 use crate::error::Error;
+use crate::stop::Stopped;
 use crate::tile::Tile;
 use crate::walker::classic::TileAgents;
 use crate::walker::stand;
@@ -28,11 +29,14 @@ impl<'w> Walked<'w> {
     }
 
     /// Returns the tile at `id` as the walk left it; `None` if the walk did not make it.
-    pub fn tile(&self, id: TileId, clock: &Clock) -> Option<Tile> {
-        let record = self.records.find(id)?;
-        let heights = clock.time(stage::RELIEF, || Tile::bare_heights(self.world, id));
-        let lines = clock.time(stage::LINES, || TileAgents::new(self.world, id, &heights).lines(record));
-        Some(stand(self.world, Some(&self.records), id, heights, lines, clock))
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn tile(&self, id: TileId, clock: &Clock) -> Result<Option<Tile>, Stopped> {
+        let Some(record) = self.records.find(id) else { return Ok(None) };
+        let heights = clock.time(stage::RELIEF, || Tile::bare_heights(self.world, id))?;
+        let lines = clock.time(stage::LINES, || TileAgents::new(self.world, id, &heights).lines(record))?;
+        Ok(Some(stand(self.world, Some(&self.records), id, heights, lines, clock)?))
     }
 }
 

@@ -9,12 +9,13 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use crate::agents::record::TileRecord;
 use crate::area::TileId;
 use crate::bake::{Kept, frames};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::file::{self, FileRecord, Operation};
 use crate::registry::{FILE_NAME, Pieces, Registry, TileRow};
@@ -98,17 +99,15 @@ impl Journal {
         })
     }
 
-    /// Locks the state. A poisoned lock does no harm: a stop or a panic elsewhere leaves the state as it was between
-    /// two tiles.
     fn state(&self) -> MutexGuard<'_, JournalState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock().expect("no thread panics while it records")
     }
 
     /// Returns the pieces that each of `sinks` sinks kept of a tile in an earlier run, if they and all files of the
     /// tile are intact.
     pub fn recall(&self, tile: TileId, sinks: usize) -> Result<Option<Vec<Vec<u8>>>, Error> {
         let Some((pieces, files)) = self.read(tile, sinks)? else { return Ok(None) };
-        if files.iter().any(|file| file.fault(&self.files).is_some()) {
+        if files.iter().any(|file| Clock::unstopped(|clock| file.fault(&self.files, clock)).is_some()) {
             return Ok(None);
         }
         self.counts[1].fetch_add(1, Ordering::Relaxed);
@@ -229,9 +228,11 @@ impl Journal {
     }
 
     /// Returns the files that a sink left when it finished in an earlier run, if all of them are intact.
-    pub fn ended(&self, sink: &str) -> Result<Option<Vec<FileRecord>>, Error> {
+    pub fn ended(&self, sink: &str, clock: &Clock) -> Result<Option<Vec<FileRecord>>, Error> {
         let files = self.state().registry.ended(sink)?;
-        Ok(files.filter(|files| files.iter().all(|file| file.fault(&self.files).is_none())))
+        let files = files.filter(|files| files.iter().all(|file| file.fault(&self.files, clock) == Ok(None)));
+        clock.check()?;
+        Ok(files)
     }
 
     /// Records the files that a sink has left when it finished.

@@ -16,10 +16,11 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use crate::area::{Place, Region, Stride};
+use crate::clock::Clock;
 use crate::device::LandMaker;
 use crate::error::Error;
 pub use crate::file::{FileRecord, MeshRecord};
-use crate::stop;
+use crate::stop::Stopped;
 use crate::tile::{Tile, TilePlan};
 use crate::watch::Watch;
 use crate::world::World;
@@ -36,15 +37,15 @@ pub(crate) trait Sink: Send + Sync {
     /// Takes a tile: writes the files of this tile alone, and returns the bytes that `append` needs of it.
     ///
     /// # Errors
-    /// If a file cannot be written.
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error>;
+    /// If a file cannot be written, or `clock` stops the work, here and below.
+    fn take(&self, tile: &Tile, place: Place, clock: &Clock) -> Result<Kept, Error>;
 
     /// Consumes one row of tiles: the bytes kept of each, from west to east. They are empty for a tile that a walk
     /// never reached.
     ///
     /// # Errors
     /// If a file cannot be written.
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error>;
+    fn append(&self, row: u64, pieces: &[&[u8]], clock: &Clock) -> Result<(), Error>;
 
     /// Finishes the sink's files and gives them their names. Called once, after the last row. Lengthy work begins a
     /// stage of its own.
@@ -112,11 +113,11 @@ fn deliver(
             || make(first_row, rows),
         );
         written?;
-        watch.clock.time(JOURNAL, || journal.save())?;
+        watch.clock.time(JOURNAL, || journal.save())??;
         made = Some(next?);
         first_row += rows;
     }
-    watch.clock.time(JOURNAL, || journal.save())?;
+    watch.clock.time(JOURNAL, || journal.save())??;
     made.map_or(Ok(()), |batch| batch.append(region, sinks, watch))
 }
 
@@ -134,7 +135,7 @@ pub(crate) fn hand_on(
 ) -> Result<(), Error> {
     watch.begin("merging tiles", Some((region.tiles(), "tiles")));
     deliver(region, sinks, journal, watch, |first_row, rows| {
-        stop::check();
+        watch.clock.check()?;
         let pieces = read(first_row, rows)?;
         watch.add(rows * region.cols());
         Ok(Batch { first_row, pieces })
@@ -178,11 +179,12 @@ impl Batch {
         let clock = &watch.clock;
         let finish = |place: Place, tile: Tile, made: Duration| {
             let start = Instant::now();
-            let kept =
-                sinks.iter().map(|sink| clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place)));
-            let kept = kept.collect::<Result<Vec<Kept>, Error>>()?;
+            let take = |sink: &Box<dyn Sink + '_>| {
+                clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place, clock))?
+            };
+            let kept = sinks.iter().map(take).collect::<Result<Vec<Kept>, Error>>()?;
             let spent = made + start.elapsed();
-            let pieces = clock.time(JOURNAL, || journal.record(&tile, kept, spent))?;
+            let pieces = clock.time(JOURNAL, || journal.record(&tile, kept, spent))??;
             if watch.add(1) == 0 && planning(world).is_some() {
                 watch.go_on(TILES);
             }
@@ -190,7 +192,7 @@ impl Batch {
         };
         // Makes a group of tiles together.
         let make = |indices: &[u64]| {
-            stop::check();
+            clock.check()?;
             let mut pieces = Vec::with_capacity(indices.len());
             let mut missing = Vec::new();
             for index in indices {
@@ -203,9 +205,8 @@ impl Batch {
                 pieces.push(recalled.unwrap_or_default());
             }
             let start = Instant::now();
-            let plans: Vec<TilePlan> =
-                missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock)).collect();
-            let tiles = maker.tiles(world, plans, clock);
+            let plans = missing.par_iter().map(|(_, place)| TilePlan::new(world, region.tile(*place), clock));
+            let tiles = maker.tiles(world, plans.collect::<Result<_, Stopped>>()?, clock)?;
             let made = start.elapsed().div_f64(missing.len().max(1) as f64);
             let finished = missing.par_iter().zip(tiles).map(|(&(_, place), tile)| finish(place, tile, made));
             for ((at, _), made) in missing.iter().zip(finished.collect::<Result<Vec<_>, Error>>()?) {
@@ -222,7 +223,8 @@ impl Batch {
         sinks.par_iter().enumerate().try_for_each(|(index, sink)| {
             for (row, tiles) in (self.first_row..).zip(self.pieces.chunks(region.cols() as usize)) {
                 let pieces: Vec<&[u8]> = tiles.iter().map(|tile| &tile[index][..]).collect();
-                watch.clock.time(&format!("encode {}", sink.name()), || sink.append(row, &pieces))?;
+                let clock = &watch.clock;
+                clock.time(&format!("encode {}", sink.name()), || sink.append(row, &pieces, clock))??;
             }
             Ok(())
         })

@@ -1,7 +1,7 @@
 //! A shard: one of several rectangles of tiles that make up a region, each baked by itself, on any machine.
 //!
 //! A shard writes the files of its tiles as any bake does, but no files of the whole region. The bytes that the sinks
-//! of those files keep of its tiles wait in a [store](crate::bake::store) for the merge of all shards.
+//! of those files keep of its tiles wait in a [store](crate::bake::shard_store) for the merge of all shards.
 
 use std::fmt;
 use std::str::FromStr;
@@ -32,8 +32,8 @@ impl Shard {
         self.of
     }
 
-    /// Returns the tiles of the shard. All shards of a region are equally large, but for a row or a column of tiles,
-    /// and as square as possible, because the plan around an edge between two shards is made twice.
+    /// Returns the tiles of the shard. All shards of a region are equally large, to within a row or a column of tiles,
+    /// and as square as possible, because what lies around an edge between two shards is planned by both.
     ///
     /// # Errors
     /// If there are more shards than tiles.

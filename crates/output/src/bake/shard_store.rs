@@ -15,6 +15,7 @@ use flate2::write::DeflateEncoder;
 
 use crate::area::{Place, Region, TileId};
 use crate::bake::{FileRecord, Kept, Sink, frames};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::file::PartFile;
 use crate::tile::Tile;
@@ -50,18 +51,18 @@ impl Sink for Store<'_> {
         EXPORT
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, _place: Place, clock: &Clock) -> Result<Kept, Error> {
         let place = self.whole.place(tile.id()).expect("a shard is a part of its region");
         let (mut pieces, mut files) = (Vec::new(), Vec::new());
         for sink in &self.sinks {
-            let kept = sink.take(tile, place)?;
+            let kept = sink.take(tile, place, clock)?;
             frames::push(&mut pieces, &kept.piece);
             files.extend(kept.files);
         }
         Ok(Kept { piece: packed(tile.id(), &pieces), files })
     }
 
-    fn append(&self, _row: u64, blocks: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, blocks: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         let mut file = self.file.lock().expect("no thread panics while it writes");
         let file = file.as_mut().expect("rows come before the end");
         blocks.iter().try_for_each(|block| frames::write(file, block)).map_err(Error::io(file.path()))

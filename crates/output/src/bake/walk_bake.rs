@@ -14,7 +14,6 @@ use crate::area::{Place, TileId};
 use crate::bake::{Batch, JOURNAL, Journal, Kept, Sink};
 use crate::device::LandMaker;
 use crate::error::Error;
-use crate::stop;
 use crate::tile::Tile;
 use crate::walker::{Walk, Walker};
 use crate::watch::Watch;
@@ -37,11 +36,10 @@ pub(crate) fn walk(
 ) -> Result<(), Error> {
     let region = walk.region();
     watch.begin("walking", Some((walk.tiles().len() as u64, "tiles")));
-    let mut walker = Walker::with_maker(world, walk.options(), Arc::clone(&maker));
+    let mut walker = Walker::with_maker(world, walk.options(), Arc::clone(&maker), watch.clock.stop())?;
     let mut seen = BTreeSet::new();
     for tile in walk.route() {
-        stop::check();
-        let entered: Vec<TileId> = match walker.enter(*tile) {
+        let entered: Vec<TileId> = match walker.enter(*tile)? {
             Some(expansion) => expansion.entered,
             // The tiles around the first one exist before the walker moves.
             None => walker.tiles().map(Tile::id).collect(),
@@ -55,14 +53,16 @@ pub(crate) fn walk(
             }
             let (tile, record) = walker.tile(*id).zip(walker.record(*id)).expect("a tile that was entered stands");
             let place = region.place(*id).expect("the region holds all tiles of the walk");
-            let take = |sink: &dyn Sink| watch.clock.time(&format!("paint {}", sink.name()), || sink.take(tile, place));
+            let clock = &watch.clock;
+            let take =
+                |sink: &dyn Sink| clock.time(&format!("paint {}", sink.name()), || sink.take(tile, place, clock))?;
             let kept = sinks.iter().map(|sink| take(sink.as_ref())).collect::<Result<Vec<Kept>, Error>>()?;
-            watch.clock.time(JOURNAL, || journal.record_walked(tile, record, kept))?;
+            clock.time(JOURNAL, || journal.record_walked(tile, record, kept))??;
             watch.add(1);
             Ok(())
         };
         new.par_iter().try_for_each(note)?;
-        watch.clock.time(JOURNAL, || journal.save())?;
+        watch.clock.time(JOURNAL, || journal.save())??;
     }
     for (stage, spent) in walker.clock().stages() {
         watch.clock.book(&stage, spent);
@@ -70,7 +70,7 @@ pub(crate) fn walk(
     // Hand over the rows of the region, from north to south.
     watch.begin("writing rows", Some((region.rows(), "rows of tiles")));
     for row in 0..region.rows() {
-        stop::check();
+        watch.clock.check()?;
         let pieces = |col: u64| {
             let id = region.tile(Place { row, col });
             let is_there = walk.tiles().contains(&id);

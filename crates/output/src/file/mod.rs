@@ -12,14 +12,13 @@ pub(crate) use record::path_in;
 pub use record::{FileRecord, Finished, MeshRecord};
 
 use std::fs::{self, Permissions};
-use std::io::{self, BufWriter, IntoInnerError, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, IntoInnerError, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use tempfile::NamedTempFile;
 
 use crate::error::Error;
-use crate::stop;
 
 /// Wraps an error of SQLite about a database.
 pub(crate) fn sqlite_error(path: impl AsRef<Path>) -> impl FnOnce(rusqlite::Error) -> Error {
@@ -28,9 +27,6 @@ pub(crate) fn sqlite_error(path: impl AsRef<Path>) -> impl FnOnce(rusqlite::Erro
 
 /// Ending of the names of unfinished files; their names begin with a dot.
 const UNFINISHED: &str = ".part";
-
-/// Bytes of a file that are read back at once, which takes about a millisecond.
-const HASHED_AT_ONCE: u64 = 1 << 20;
 
 /// A file in progress: written beside its final name, renamed when complete, and removed if it is dropped before that.
 ///
@@ -95,12 +91,8 @@ impl PartFile {
         }
         // Another writer wrote, or the writer went back: the bytes that passed are not the file's bytes.
         let mut hasher = blake3::Hasher::new();
-        let length = file.seek(SeekFrom::End(0))?;
         file.seek(SeekFrom::Start(0))?;
-        // Part by part, so that a stop is noticed in a long file.
-        while hasher.update_reader(Read::by_ref(file).take(HASHED_AT_ONCE))?.count() < length {
-            stop::check();
-        }
+        hasher.update_reader(file)?;
         Ok(Finished { bytes: hasher.count(), blake3: hasher.finalize() })
     }
 }
@@ -167,12 +159,11 @@ impl SharedFile {
     /// Finishes the file, as [`PartFile::finish`]. The writer must be gone.
     pub fn finish(self) -> Result<Finished, Error> {
         let file = Arc::into_inner(self.0).expect("the writer is gone").into_inner();
-        file.unwrap_or_else(PoisonError::into_inner).finish()
+        file.expect("no thread panics while it writes").finish()
     }
 
-    /// Locks the file. A thread that is stopped in a write leaves a file that is never finished.
     fn lock(&self) -> MutexGuard<'_, PartFile> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().expect("no thread panics while it writes")
     }
 }
 

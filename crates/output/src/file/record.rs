@@ -8,7 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::area::TileId;
-use crate::stop;
+use crate::clock::Clock;
+use crate::stop::Stopped;
 
 /// Bytes of a file that are hashed at once.
 const PIECE: usize = 1 << 20;
@@ -82,24 +83,29 @@ impl FileRecord {
 
     /// Returns a description of what is wrong with the file in the folder of a bake; `None` if its bytes are as they
     /// were written.
-    pub(crate) fn fault(&self, folder: &Path) -> Option<String> {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub(crate) fn fault(&self, folder: &Path, clock: &Clock) -> Result<Option<String>, Stopped> {
         let Some(path) = path_in(folder, &self.path) else {
-            return Some("leads out of the folder, or over a link".into());
+            return Ok(Some("leads out of the folder, or over a link".into()));
         };
         match path.metadata() {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Some("is missing".into()),
-            Err(error) => return Some(format!("cannot be read: {error}")),
-            Ok(there) if !there.is_file() => return Some("is no file".into()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Some("is missing".into())),
+            Err(error) => return Ok(Some(format!("cannot be read: {error}"))),
+            Ok(there) if !there.is_file() => return Ok(Some("is no file".into())),
             Ok(there) if there.len() != self.bytes => {
-                return Some(format!("has {} bytes, and was written with {}", there.len(), self.bytes));
+                return Ok(Some(format!("has {} bytes, and was written with {}", there.len(), self.bytes)));
             }
             Ok(_) => {}
         }
-        match hash_of(&path) {
+        let hash = hash_of(&path, clock);
+        clock.check()?;
+        Ok(match hash {
             Err(error) => Some(format!("cannot be read: {error}")),
             Ok(hash) if hash.to_hex().as_str() != self.blake3 => Some("has other bytes than were written".into()),
             Ok(_) => None,
-        }
+        })
     }
 }
 
@@ -118,12 +124,12 @@ pub(crate) fn path_in(folder: &Path, path: &str) -> Option<PathBuf> {
     follows_no_link.then_some(at)
 }
 
-fn hash_of(path: &Path) -> io::Result<blake3::Hash> {
+fn hash_of(path: &Path, clock: &Clock) -> io::Result<blake3::Hash> {
     let mut file = File::open(path)?;
     let mut hasher = blake3::Hasher::new();
     let mut piece = vec![0; PIECE];
     loop {
-        stop::check();
+        clock.check()?;
         match file.read(&mut piece)? {
             0 => return Ok(hasher.finalize()),
             count => _ = hasher.update(&piece[..count]),

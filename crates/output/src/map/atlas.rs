@@ -86,6 +86,15 @@ impl Layout {
         Ok(Layout { scale, columns, rows, page, map, step, corner })
     }
 
+    /// Returns the columns and rows of such sheets that cover a rectangle of a size in metres.
+    pub fn covering(&self, size_m: [f64; 2]) -> [u32; 2] {
+        [0, 1].map(|axis| {
+            let pixels = (size_m[axis] / self.scale.metres_per_pixel).ceil() as i64;
+            let others = ((pixels - self.map[axis]).max(0) as u64).div_ceil(self.step[axis] as u64);
+            u32::try_from(others).map_or(u32::MAX, |others| others.saturating_add(1))
+        })
+    }
+
     /// Returns the scale of the sheets.
     pub fn scale(&self) -> Scale {
         self.scale

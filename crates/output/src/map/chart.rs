@@ -3,13 +3,13 @@
 //! A block is a square of the scale's pixels, and its content depends only on its place. So a map is the same whether
 //! it is drawn at once, in strips, in sheets or in tiles of a web map.
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
 use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::area::{Area, Stride};
+use crate::clock::Clock;
 use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::features::sites::SiteFeature;
@@ -33,7 +33,7 @@ use crate::map::text::Quad;
 use crate::memory::Budget;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
-use crate::stop;
+use crate::stop::Stopped;
 use crate::watch::Watch;
 use crate::world::World;
 
@@ -82,6 +82,7 @@ pub struct Picture {
     frame: Option<MapFrame>,
 }
 
+#[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
 impl Chart {
     /// Largest height of a strip in pixels.
     pub const STRIP: usize = BLOCK as usize;
@@ -120,7 +121,8 @@ impl Chart {
     /// # Errors
     /// When a value of the preset is out of its range.
     pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
-        Ok(Chart::of_world(&Chart::world(preset, seed)?, style, scale))
+        let world = Chart::world(preset, seed)?;
+        Ok(Clock::unstopped(|clock| Chart::of_world(&world, style, scale, clock)))
     }
 
     /// Creates the world at all its vertices, which charts of any scale share, with a memory that they share too.
@@ -141,20 +143,20 @@ impl Chart {
     }
 
     /// Creates the chart of such a [world](Chart::world).
-    pub fn of_world(world: &Arc<World>, style: Style, scale: Scale) -> Arc<Chart> {
-        let Ok(chart) = Chart::made_by(|world| Ok::<_, Infallible>(Cpu::maker(world.relief())), world, style, scale);
-        chart
+    pub fn of_world(world: &Arc<World>, style: Style, scale: Scale, clock: &Clock) -> Result<Arc<Chart>, Stopped> {
+        Chart::made_by(|world| Ok(Cpu::maker(world.relief())), world, style, scale, clock)
     }
 
     /// Creates the chart of such a [world](Chart::world). `maker` returns the land maker for the land that is lit.
     ///
     /// # Errors
-    /// When `maker` fails.
-    pub fn made_by<E>(
+    /// When `maker` fails, or `clock` stops the work.
+    pub fn made_by<E: From<Stopped>>(
         maker: impl FnOnce(&World) -> Result<Arc<dyn LandMaker>, E>,
         world: &Arc<World>,
         style: Style,
         scale: Scale,
+        clock: &Clock,
     ) -> Result<Arc<Chart>, E> {
         let stride = scale.stride(world.preset().spacing_m);
         let strided = if stride == Stride::ONE {
@@ -169,20 +171,26 @@ impl Chart {
         let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
         let afar = has_ranges.then(|| Arc::new(Afar::new(world, scale)));
         let detail = ChartDetail { summits, afar, is_sketch: false };
-        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale))
+        Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale, clock)?)
     }
 
     /// Creates a sketch of such a [world](Chart::world), for whoever will not wait for the full map. Its land has nodes
     /// that lie 2^`halvings` times as far apart, and it leaves out narrow lakes and the names of peaks, ranges and
     /// valleys.
-    pub fn sketch(world: &Arc<World>, style: Style, scale: Scale, halvings: u32) -> Arc<Chart> {
+    pub fn sketch(
+        world: &Arc<World>,
+        style: Style,
+        scale: Scale,
+        halvings: u32,
+        clock: &Clock,
+    ) -> Result<Arc<Chart>, Stopped> {
         let stride = (0..halvings).fold(scale.stride(world.preset().spacing_m), |stride, _| stride.twice());
         let tile_cells = MapTerrain::sketch_tile_cells(halvings);
         let strided = Arc::new(world.sketch_at_stride(stride).with_tile_cells(tile_cells));
         let maker = Cpu::maker(strided.relief());
         let terrain = Arc::new(MapTerrain::new(strided, maker, scale));
         let detail = ChartDetail { is_sketch: true, ..ChartDetail::default() };
-        Chart::drawn(Arc::clone(world), terrain, detail, style, scale)
+        Chart::drawn(Arc::clone(world), terrain, detail, style, scale, clock)
     }
 
     /// Returns the maker of the land that is lit.
@@ -191,9 +199,8 @@ impl Chart {
     }
 
     /// Returns the chart of the same world in the same scale and in another style.
-    #[must_use]
-    pub fn in_style(&self, style: Style) -> Arc<Chart> {
-        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.detail.clone(), style, self.scale)
+    pub fn in_style(&self, style: Style, clock: &Clock) -> Result<Arc<Chart>, Stopped> {
+        Chart::drawn(Arc::clone(&self.world), Arc::clone(&self.terrain), self.detail.clone(), style, self.scale, clock)
     }
 
     fn drawn(
@@ -202,7 +209,8 @@ impl Chart {
         detail: ChartDetail,
         style: Style,
         scale: Scale,
-    ) -> Arc<Chart> {
+        clock: &Clock,
+    ) -> Result<Arc<Chart>, Stopped> {
         let denominator = scale.denominator();
         let relief = ShadedRelief::new(&style, terrain.world(), scale);
         let least = style.roads.classes.iter().map(|class| class.most).fold(0.0, f64::max);
@@ -213,10 +221,10 @@ impl Chart {
             None => scale.metres_per_pixel <= AGENTS * world.preset().spacing_m,
         };
         let steepness =
-            if style.contours.draw && style.contours.interval_m.is_none() { terrain.steepness() } else { 1.0 };
+            if style.contours.draw && style.contours.interval_m.is_none() { terrain.steepness(clock)? } else { 1.0 };
         let chosen_m = interval_m(denominator, style.contours.spacing_mm, steepness, relief.range_m());
         let interval_m = style.contours.interval_m.unwrap_or(chosen_m);
-        Arc::new(Chart { style, scale, terrain, relief, world, has_lines, detail, interval_m })
+        Ok(Arc::new(Chart { style, scale, terrain, relief, world, has_lines, detail, interval_m }))
     }
 
     /// Returns the scale of the maps.
@@ -235,23 +243,31 @@ impl Chart {
     }
 
     /// Returns the heights of the land in metres in the middles of the pixels of an area, row by row from the north.
-    pub fn heights_m(&self, area: Area) -> Vec<f32> {
-        let nodes = self.terrain.nodes(area);
-        self.terrain.at_pixels(&nodes.heights, area).values().to_vec()
+    pub fn heights_m(&self, area: Area, clock: &Clock) -> Result<Vec<f32>, Stopped> {
+        let nodes = self.terrain.nodes(area, clock)?;
+        Ok(self.terrain.at_pixels(&nodes.heights, area).values().to_vec())
     }
 
     /// Returns the picture of an area of pixels, a part of a map without end: names may go on beyond its edges.
-    pub fn picture(self: &Arc<Self>, area: Area) -> Picture {
-        self.drawn_picture(area, None)
+    pub fn picture(self: &Arc<Self>, area: Area, clock: &Clock) -> Result<Picture, Stopped> {
+        self.drawn_picture(area, None, &Watch::stopped_by(clock.stop()))
     }
 
     /// Returns the picture of an area of pixels with a frame around it: no name crosses the frame, and what lies beyond
     /// has no name.
-    pub fn framed_picture(self: &Arc<Self>, area: Area) -> Picture {
-        self.drawn_picture(area, Some(MapFrame::new(area, self.scale)))
+    pub fn framed_picture(self: &Arc<Self>, area: Area, clock: &Clock) -> Result<Picture, Stopped> {
+        let frame = MapFrame::new(area, self.scale);
+        self.drawn_picture(area, Some(frame), &Watch::stopped_by(clock.stop()))
     }
 
-    fn drawn_picture(self: &Arc<Self>, area: Area, frame: Option<MapFrame>) -> Picture {
+    /// Returns the picture of an area of pixels, within a frame if there is one. `watch` counts the squares in which
+    /// everything is found.
+    pub(super) fn drawn_picture(
+        self: &Arc<Self>,
+        area: Area,
+        frame: Option<MapFrame>,
+        watch: &Watch,
+    ) -> Result<Picture, Stopped> {
         let draughtsman = Draughtsman {
             style: &self.style,
             scale: self.scale,
@@ -259,24 +275,27 @@ impl Chart {
             settled: &self.world,
             has_lines: self.has_lines,
             is_sketch: self.detail.is_sketch,
+            watch,
         };
         let mut writings = Vec::new();
         let drawing = if self.style.labels.draw {
             // The numbers of contours keep clear of all names in their square, so names are needed in whole squares.
             let named = if self.style.contours.draw { area.on_grid(SQUARE) } else { area };
             let pad = names::pad(self.scale);
-            let drawing = draughtsman.draw(named, pad);
-            let seen = self.detail.afar.as_ref().map(|afar| afar.look(named.padded(pad)));
-            let summits =
-                |area| self.detail.summits.iter().flat_map(|summits| summits.find(self.scale, area)).collect();
+            let drawing = draughtsman.draw(named, pad)?;
+            let seen = self.detail.afar.as_ref().map(|afar| afar.look(named.padded(pad), &watch.clock)).transpose()?;
+            let summits = |area| match &self.detail.summits {
+                Some(summits) => summits.find(self.scale, area, &watch.clock),
+                None => Ok(Vec::new()),
+            };
             let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
             let style = (&self.style, self.scale);
-            writings = names::write(style, &drawing, seen.as_ref(), &finders, named, frame.as_ref());
+            writings = names::write(style, &drawing, seen.as_ref(), &finders, named, frame.as_ref(), watch)?;
             drawing
         } else {
-            draughtsman.draw(area, WIDEST as usize)
+            draughtsman.draw(area, WIDEST as usize)?
         };
-        Picture { chart: Arc::clone(self), area, drawing, writings, frame }
+        Ok(Picture { chart: Arc::clone(self), area, drawing, writings, frame })
     }
 }
 
@@ -353,9 +372,13 @@ impl Picture {
     /// Hands the picture to `write` in strips of whole rows, from north to south: RGB, row by row.
     ///
     /// # Errors
-    /// When `write` fails.
-    pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
-        self.rows().try_for_each(|strip| write(&self.pixels(strip)))
+    /// When `write` fails, or `clock` stops the work.
+    pub fn strips<E: From<Stopped>>(
+        &self,
+        clock: &Clock,
+        mut write: impl FnMut(&[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.rows().try_for_each(|strip| write(&self.pixels(strip, clock)?))
     }
 
     /// Iterates over the parts of the picture in the rows of blocks.
@@ -366,12 +389,16 @@ impl Picture {
 
     /// Returns the pixels of a part of the picture: RGB, row by row.
     ///
+    /// # Errors
+    /// When `clock` stops the work.
+    ///
     /// # Panics
     /// When the part is not within the picture.
-    pub fn pixels(&self, part: Area) -> Vec<u8> {
+    pub fn pixels(&self, part: Area, clock: &Clock) -> Result<Vec<u8>, Stopped> {
         assert!(self.area.contains(&part), "a picture knows what it shows and no more");
         let parts: Vec<Area> = part.squares(BLOCK as usize).collect();
-        let blocks: Vec<Vec<u8>> = parts.par_iter().map(|part| self.block(*part)).collect();
+        let blocks = parts.par_iter().map(|part| self.block(*part, clock));
+        let blocks = blocks.collect::<Result<Vec<Vec<u8>>, Stopped>>()?;
         let mut pixels = vec![0; part.len() * 3];
         let bytes = part.width() * 3;
         for (area, block) in parts.iter().zip(&blocks) {
@@ -381,23 +408,22 @@ impl Picture {
                 line[left..left + block.len()].copy_from_slice(block);
             }
         }
-        pixels
+        Ok(pixels)
     }
 
     /// Returns the pixels of a part of a block.
-    fn block(&self, part: Area) -> Vec<u8> {
-        let (ground, outlines) = self.ground(part);
-        stop::check();
+    fn block(&self, part: Area, clock: &Clock) -> Result<Vec<u8>, Stopped> {
+        let (ground, outlines) = self.ground(part, clock)?;
         let mut canvas = Canvas::of_words(&ground.pixels);
-        self.draw(std::slice::from_ref(&outlines), &mut canvas);
-        canvas.pixels(part)
+        self.draw(std::slice::from_ref(&outlines), &mut canvas, clock)?;
+        Ok(canvas.pixels(part))
     }
 
     /// Returns the ground of the block that a part belongs to, and the lines that follow from its heights.
-    fn ground(&self, part: Area) -> (GroundPixels, Outlines) {
-        stop::check();
+    fn ground(&self, part: Area, clock: &Clock) -> Result<(GroundPixels, Outlines), Stopped> {
+        clock.check()?;
         let (chart, block) = (&self.chart, part.on_grid(BLOCK));
-        let ground = chart.relief.ground(&chart.terrain, block);
+        let ground = chart.relief.ground(&chart.terrain, block, clock)?;
         let boxes = self.writings.iter().flat_map(Writing::boxes);
         // The numbers of contours keep clear of the frame as well as of names.
         let boxes = boxes.chain(self.frame.iter().flat_map(MapFrame::edges));
@@ -405,7 +431,7 @@ impl Picture {
         let sea_level_m = chart.terrain.world().preset().sea_level_m;
         let outlines =
             Outlines::new((&chart.style, &chart.relief), chart.scale, chart.interval_m, sea_level_m, &ground, &near);
-        (ground, outlines)
+        Ok((ground, outlines))
     }
 
     /// Draws the picture on a page: the ground as pixels, whose rows `watch` counts, and everything else as vectors.
@@ -419,7 +445,8 @@ impl Picture {
         page.begin_picture(self.area);
         for strip in self.rows() {
             let parts: Vec<Area> = strip.squares(BLOCK as usize).collect();
-            let blocks: Vec<(GroundPixels, Outlines)> = parts.par_iter().map(|part| self.ground(*part)).collect();
+            let blocks = parts.par_iter().map(|part| self.ground(*part, &watch.clock));
+            let blocks = blocks.collect::<Result<Vec<(GroundPixels, Outlines)>, Stopped>>()?;
             let mut canvas = Canvas::new(strip, Colour([0; 3]));
             for (part, (ground, outlines)) in parts.into_iter().zip(blocks) {
                 canvas.put(part, &Canvas::of_words(&ground.pixels).pixels(part));
@@ -430,14 +457,15 @@ impl Picture {
         }
         page.end_picture()?;
         page.end_layer();
-        self.draw(&all, page);
+        self.draw(&all, page, &watch.clock)?;
         page.open();
         Ok(())
     }
 
     /// Draws everything that lies over the ground, with the outlines of some blocks.
-    fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
-        draw_outlines(outlines, canvas);
+    fn draw(&self, outlines: &[Outlines], canvas: &mut dyn Plotter, clock: &Clock) -> Result<(), Stopped> {
+        draw_outlines(outlines, canvas, clock);
+        clock.check()?;
         canvas.layer(PageLayer::Houses, |canvas| {
             self.drawing.houses.iter().for_each(|house| canvas.fill(house, self.chart.style.places.houses));
         });
@@ -445,6 +473,7 @@ impl Picture {
         canvas.layer(PageLayer::Roads, |canvas| self.drawing.draw_roads(&self.chart.style, self.chart.scale, canvas));
         canvas.layer(PageLayer::Places, |canvas| self.draw_places(canvas));
         canvas.layer(PageLayer::Names, |canvas| self.draw_names(canvas));
+        Ok(())
     }
 
     fn draw_waters(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
@@ -505,11 +534,11 @@ impl Picture {
     }
 }
 
-/// Draws the signs, depth contours, contours and heights of some blocks, but not their coasts.
-fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter) {
+/// Draws the signs, depth contours, contours and heights of some blocks, but not their coasts. Leaves off in the middle
+/// once `clock` stops the work.
+fn draw_outlines(outlines: &[Outlines], canvas: &mut dyn Plotter, clock: &Clock) {
     let draw = |canvas: &mut dyn Plotter, trace: GroundLine| {
-        for outlines in outlines {
-            stop::check();
+        for outlines in outlines.iter().take_while(|_| clock.check().is_ok()) {
             outlines.draw(trace, canvas);
         }
     };

@@ -7,9 +7,10 @@
 use std::sync::Arc;
 
 use crate::area::{Area, Stride};
+use crate::clock::Clock;
 use crate::fluvial::landforms::peaks::{self, Peak};
 use crate::grid::Grid;
-use crate::stop;
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// Factor by which the nodes of a step lie closer together than those of the step before.
@@ -47,17 +48,16 @@ impl Climb {
 
     /// Returns the peak above a node, which is given by its vertex; none if the land there has no peak that is the
     /// highest around.
-    pub fn peak(&self, mut at: [i64; 2]) -> Option<Peak> {
+    pub fn peak(&self, mut at: [i64; 2], clock: &Clock) -> Result<Option<Peak>, Stopped> {
         let mut wide = self.from.vertices();
         for step in &self.steps {
-            stop::check();
             let stride = step.stride().vertices();
             let [x, y] = at.map(|at| at / stride);
             let around = Area::new(x, y, 1, 1).padded((wide / stride) as usize);
-            at = highest(&step.relief().heights(around), around).0.map(|at| at * stride);
+            at = highest(&step.relief().land(around, clock)?.heights, around).0.map(|at| at * stride);
             wide = stride;
         }
-        self.world.peak_above(at)
+        self.world.peak_above(at, clock)
     }
 }
 

@@ -1,4 +1,6 @@
 //! The colour of the ground by itself, without light. Meshes are painted with it.
+//!
+//! To judge the numbers chosen by eye, look at meshes with textures and at `colour` rasters.
 
 use crate::map::light::CHUNK;
 use crate::map::relief::filled;

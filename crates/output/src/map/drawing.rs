@@ -22,7 +22,8 @@ use crate::map::style::{Colour, Style};
 use crate::map::symbols;
 use crate::places::Places;
 use crate::places::site::SiteClass;
-use crate::stop;
+use crate::stop::Stopped;
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Side in nodes of the parts of the world that are searched one by one.
@@ -186,17 +187,19 @@ pub(super) struct Draughtsman<'a> {
     pub has_lines: bool,
     /// True if small things may be left out.
     pub is_sketch: bool,
+    /// Counts the squares in which everything is found.
+    pub watch: &'a Watch,
 }
 
 impl Draughtsman<'_> {
     /// Returns everything that lies in an area of pixels or reaches into it, and the named water within `pad` pixels
     /// around the area.
-    pub fn draw(&self, seen: Area, pad: usize) -> Drawing {
+    pub fn draw(&self, seen: Area, pad: usize) -> Result<Drawing, Stopped> {
         let wide = (WIDEST_M / self.scale.metres_per_pixel) as usize;
         let area = seen.padded(pad.max(wide + WIDEST as usize));
         let mut drawing = Drawing::default();
         if self.style.water.draw {
-            self.draw_water(area, &mut drawing);
+            self.draw_water(area, &mut drawing)?;
         }
         let vertices = |area| self.scale.nodes_of(area, self.settled.spacing_m());
         let mut lines = Vec::new();
@@ -208,17 +211,17 @@ impl Draughtsman<'_> {
             if self.has_houses() {
                 reach = reach.max(houses::REACH_M / self.scale.metres_per_pixel);
             }
-            lines = self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing);
+            lines = self.draw_roads(vertices(seen.padded(reach as usize + 1)), &mut drawing)?;
         }
         let houses_px = if self.has_houses() { houses::MOST_M / self.scale.metres_per_pixel } else { 0.0 };
         let symbol_px = symbols::site_px(SiteClass::Town, self.scale);
-        drawing.sites = self.sites(seen.padded((houses_px + symbol_px) as usize + 1));
+        drawing.sites = self.sites(seen.padded((houses_px + symbol_px) as usize + 1))?;
         if self.has_houses() {
             let town = |site: &SiteFeature| Town { at: self.scale.pixel(site.at), population: site.population };
             let towns: Vec<Town> = drawing.sites.iter().map(town).collect();
             drawing.houses = houses::houses(&lines, &towns, self.scale.metres_per_pixel);
         }
-        drawing
+        Ok(drawing)
     }
 
     /// True if the map shows houses: the scale is large enough, and the style draws settlements.
@@ -226,25 +229,31 @@ impl Draughtsman<'_> {
         self.style.places.draw && self.has_lines && self.scale.denominator() <= self.style.places.houses_most
     }
 
-    /// Finds everything in an area of nodes, part by part. A thing that lies in several parts is returned once. The
-    /// order is that of the keys.
+    /// Finds everything in an area of nodes, part by part, as a stage of its own if it has a name. A thing that lies in
+    /// several parts is returned once. The order is that of the keys.
     fn find<T: Send, K: Ord + Send>(
+        &self,
+        stage: Option<&'static str>,
         area: Area,
-        find: impl Fn(&Area) -> Vec<T> + Sync,
+        find: impl Fn(&Area) -> Result<Vec<T>, Stopped> + Sync,
         key: impl Fn(&T) -> K + Sync,
-    ) -> Vec<T> {
+    ) -> Result<Vec<T>, Stopped> {
         let part = |[x, y]: [i64; 2]| Area::new(x * PART, y * PART, PART as usize + 1, PART as usize + 1);
         let parts: Vec<Area> = area.square_numbers(PART).filter_map(|at| part(at).common(&area)).collect();
+        if let Some(stage) = stage {
+            self.watch.begin(stage, Some((parts.len() as u64, "squares")));
+        }
         let found = |part: &Area| {
-            stop::check();
-            find(part)
+            let found = find(part)?;
+            stage.map(|_| self.watch.add(1));
+            Ok(found.into_iter().map(|it| (key(&it), it)).collect())
         };
-        let found: Vec<Vec<(K, T)>> =
-            parts.par_iter().map(|part| found(part).into_iter().map(|it| (key(&it), it)).collect()).collect();
-        found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect()
+        let found = parts.par_iter().map(found).collect::<Result<Vec<Vec<(K, T)>>, Stopped>>()?;
+        Ok(found.into_iter().flatten().collect::<BTreeMap<K, T>>().into_values().collect())
     }
 
-    fn draw_water(&self, area: Area, drawing: &mut Drawing) {
+    fn draw_water(&self, area: Area, drawing: &mut Drawing) -> Result<(), Stopped> {
+        let clock = &self.watch.clock;
         let nodes = self.scale.nodes_of(area, self.world.spacing_m());
         let outline = |ring: &Vec<[f64; 2]>| {
             let ring: Vec<DVec2> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
@@ -252,10 +261,10 @@ impl Draughtsman<'_> {
         };
         let least_px = if self.is_sketch { SKETCHED_LAKE } else { 0.0 };
         let lakes = |part: &Area| {
-            let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel);
-            LAKES.features(self.world, lakes)
+            let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel, clock)?;
+            LAKES.features(self.world, lakes, clock)
         };
-        for lake in Self::find(nodes, lakes, |lake| lake.id.clone()) {
+        for lake in self.find(Some("finding lakes"), nodes, lakes, |lake| lake.id.clone())? {
             let area_px = lake.area_m2 / self.scale.metres_per_pixel / self.scale.metres_per_pixel;
             if area_px >= LEAST_LAKE {
                 let rings: Vec<Vec<DVec2>> = lake.rings.iter().map(|ring| smooth(&outline(ring))).collect();
@@ -264,11 +273,12 @@ impl Draughtsman<'_> {
         }
         let least_m3s = self.least_m3s();
         let rivers = |world: &World, area: Area| {
-            Self::find(area, |part| world.lines_through(LineKind::River, part), |river| river.id)
+            let through = |part: &Area| world.lines_through(LineKind::River, part, clock);
+            self.find(Some("finding rivers"), area, through, |river| river.id)
         };
         let found = match (self.world.relief().fluvial(), self.has_lines) {
-            (Some(_), _) => rivers(self.world, nodes),
-            (None, true) => rivers(self.settled, self.scale.nodes_of(area, self.settled.spacing_m())),
+            (Some(_), _) => rivers(self.world, nodes)?,
+            (None, true) => rivers(self.settled, self.scale.nodes_of(area, self.settled.spacing_m()))?,
             (None, false) => Vec::new(),
         };
         for river in found {
@@ -282,6 +292,7 @@ impl Draughtsman<'_> {
             }
             drawing.rivers.push(strokes);
         }
+        Ok(())
     }
 
     /// Returns the discharge in cubic metres per second of the smallest river that is drawn.
@@ -325,37 +336,40 @@ impl Draughtsman<'_> {
 
     /// Returns the settlements of an area of pixels that a map has room for: all of them, or the first town of each
     /// square of the world that reaches into the area.
-    pub fn sites(&self, area: Area) -> Vec<SiteFeature> {
+    pub fn sites(&self, area: Area) -> Result<Vec<SiteFeature>, Stopped> {
         if !self.style.places.draw {
-            return Vec::new();
+            return Ok(Vec::new());
         }
-        let settled = self.settled;
+        let (settled, clock) = (self.settled, &self.watch.clock);
         let vertices = self.scale.nodes_of(area, settled.spacing_m());
         if self.has_lines {
-            let sites = Self::find(vertices, |part| settled.sites(part), |site| site.id);
+            let sites = self.find(None, vertices, |part| settled.sites(part, clock), |site| site.id)?;
             let drawn = sites.into_iter().filter(|site| is_drawn(site.class, self.scale));
-            return drawn.map(|site| SiteFeature::new(settled, &site)).collect();
+            return Ok(drawn.map(|site| SiteFeature::new(settled, &site)).collect());
         }
-        let Some(cell_side) = settled.places().map(Places::site_side) else { return Vec::new() };
+        let Some(cell_side) = settled.places().map(Places::site_side) else { return Ok(Vec::new()) };
         let square_m = TOWN_MM * self.scale.denominator() / 1000.0;
         let cells = (square_m / (cell_side as f64 * settled.spacing_m())).ceil() as i64;
         let side = cells * cell_side;
         let squares: Vec<[i64; 2]> = vertices.square_numbers(side).collect();
-        let town = |square| settled.chief_site(square, cells).map(|site| SiteFeature::new(settled, &site));
-        squares.into_par_iter().filter_map(town).collect()
+        let town = |square| {
+            let site = settled.chief_site(square, cells, clock)?;
+            Ok(site.map(|site| SiteFeature::new(settled, &site)))
+        };
+        squares.into_par_iter().filter_map(|square| town(square).transpose()).collect()
     }
 
     /// Draws roads. Returns the whole line of each road, with a number of its own.
-    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Vec<(u64, Vec<DVec2>)> {
-        let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part);
+    fn draw_roads(&self, vertices: Area, drawing: &mut Drawing) -> Result<Vec<(u64, Vec<DVec2>)>, Stopped> {
+        let roads = |part: &Area| self.settled.lines_through(LineKind::Road, part, &self.watch.clock);
         let mut lines = Vec::new();
-        for road in Self::find(vertices, roads, |road| road.id) {
+        for road in self.find(Some("planning roads"), vertices, roads, |road| road.id)? {
             if let Some(line) = drawing.add_road(self.style, self.scale, &road) {
                 lines.push((names::hash_of(&road.id.to_string()), line));
             }
         }
         drawing.roads.sort_by_key(|road| road.class);
-        lines
+        Ok(lines)
     }
 }
 

@@ -57,7 +57,7 @@ pub(super) struct Light<'a> {
     /// Heights of the chunk's row and of the rows north and south of it, from a pixel west of the chunk to one east of
     /// it.
     pub heights: [&'a [f32; WIDE]; 3],
-    /// The same rows of smoothed heights, which have wide landforms alone.
+    /// The same rows of smoothed heights, in which only wide landforms are left.
     pub smooth: [&'a [f32; WIDE]; 3],
     /// Texture shading: how much ridges stand out, at all sizes alike.
     pub texture: &'a [f32; CHUNK],

@@ -18,6 +18,7 @@ use crate::map::scale::Scale;
 use crate::map::style::LabelsStyle;
 use crate::map::text::{Placed, length, shape};
 use crate::map::weighted_sums::smoothed;
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// Largest distance in millimetres on paper from a coarse node to the next.
@@ -118,16 +119,15 @@ impl Afar {
     }
 
     /// Returns the land around an area of pixels, as far as it decides on the names of ranges that may be seen there.
-    pub fn look(&self, pixels: Area) -> CoarseLand<'_> {
+    pub fn look(&self, pixels: Area, clock: &Clock) -> Result<CoarseLand<'_>, Stopped> {
         let nodes = |mm: f64| (self.scale.pixels(mm) / self.pixels_per_node()).ceil() as usize + 1;
         let area = self.scale.nodes_of(pixels, self.world.spacing_m()).padded(nodes(REACH_MM));
         let wide = area.padded(nodes(APART_MM) + HALO);
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut heights = Grid::filled(wide, 0.0);
         let parts: Vec<Area> = wide.squares(PART as usize).collect();
-        let made: Vec<Grid<f32>> =
-            parts.into_par_iter().map(|part| self.world.relief().land(part, &Clock::default()).heights).collect();
-        for part in made {
+        let make = |part| Ok(self.world.relief().land(part, clock)?.heights);
+        for part in parts.into_par_iter().map(make).collect::<Result<Vec<Grid<f32>>, Stopped>>()? {
             let Area { x0, y0, x1, y1 } = part.area();
             for y in y0..y1 {
                 let row = heights.row_mut(y, x0, x1).iter_mut();
@@ -140,20 +140,20 @@ impl Afar {
             let by = 2 * step;
             smooth = smoothed(&smooth, Area { x0: x0 + by, y0: y0 + by, x1: x1 - by, y1: y1 - by }, step);
         }
-        CoarseLand { afar: self, heights, smooth, area }
+        Ok(CoarseLand { afar: self, heights, smooth, area })
     }
 }
 
 impl CoarseLand<'_> {
     /// Returns the ranges whose names may reach into the area.
-    pub fn ranges(&self) -> Vec<Range> {
+    pub fn ranges(&self, clock: &Clock) -> Result<Vec<Range>, Stopped> {
         if self.afar.scale.denominator() < LEAST_RANGES {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         let Area { x0, y0, x1, y1 } = self.area;
         let rows = (y0..y1).into_par_iter();
         let tops = rows.flat_map_iter(|y| (x0..x1).map(move |x| [x, y]).filter(|at| self.is_top(*at)));
-        tops.filter_map(|top| self.range(top)).collect()
+        tops.filter_map(|top| self.range(top, clock).transpose()).collect()
     }
 
     /// True if the floor of a valley lies so far below the heights beside it that the valley has a name of its own.
@@ -201,7 +201,7 @@ impl CoarseLand<'_> {
     }
 
     /// Returns the range around a top, if it stands out from the land around it.
-    fn range(&self, top: [i64; 2]) -> Option<Range> {
+    fn range(&self, top: [i64; 2], clock: &Clock) -> Result<Option<Range>, Stopped> {
         let Afar { world, scale, climb } = self.afar;
         let reach = scale.pixels(REACH_MM);
         let nodes: Vec<[i64; 2]> = self.around(top, reach).collect();
@@ -209,15 +209,17 @@ impl CoarseLand<'_> {
         ground.sort_by(f32::total_cmp);
         let at_share = |of: &[f32], share: f64| of[((of.len() - 1) as f64 * share) as usize];
         if at_share(&ground, 0.95) - at_share(&ground, 0.05) < LEAST_RISE_M {
-            return None;
+            return Ok(None);
         }
         let highest = |a: &[i64; 2], b: &[i64; 2]| {
             self.heights.at(a[0], a[1]).total_cmp(&self.heights.at(b[0], b[1])).then(b.cmp(a))
         };
         // A range is named after its highest peak, which is the same at all scales. So a range on a map of a smaller
         // scale has the name of its highest part.
-        let peak = climb.peak(nodes.iter().copied().max_by(highest)?.map(|at| at * world.stride().vertices()))?;
-        let name = world.names()?.range(peak.at);
+        let highest = nodes.iter().copied().max_by(highest).expect("the top is one of them");
+        let peak = climb.peak(highest.map(|at| at * world.stride().vertices()), clock)?;
+        let Some((peak, names)) = peak.zip(world.names()) else { return Ok(None) };
+        let name = names.range(peak.at);
         let mut smooth: Vec<f32> = nodes.iter().map(|[x, y]| self.smooth.at(*x, *y)).collect();
         smooth.sort_by(f32::total_cmp);
         let foot_m = at_share(&smooth, LOW_SHARE);
@@ -231,7 +233,7 @@ impl CoarseLand<'_> {
             (f64::from((self.smooth.at(at[0], at[1]) - foot_m).max(0.0)) * near, from_top)
         });
         let weighed: Vec<(f64, DVec2)> = weighed.filter(|(weight, _)| *weight > 0.0).collect();
-        Some(Range { id, name, top, line: crest(&weighed, top, reach)? })
+        Ok(crest(&weighed, top, reach).map(|line| Range { id, name, top, line }))
     }
 }
 
@@ -307,7 +309,9 @@ mod tests {
         preset.country = None;
         let scale = Scale { metres_per_pixel: 1000.0, pixels_per_mm: 1.0 };
         let afar = Afar::new(&Arc::new(World::new(preset, Some(5)).unwrap()), scale);
-        let whole = afar.look(Area::new(-300, -250, 600, 500)).ranges();
+        let clock = Clock::default();
+        let ranges = |area| afar.look(area, &clock).unwrap().ranges(&clock).unwrap();
+        let whole = ranges(Area::new(-300, -250, 600, 500));
         assert!(whole.len() > 10, "{}", whole.len());
         let apart = |a: &Range, b: &Range| a.top.distance(b.top);
         for (index, range) in whole.iter().enumerate() {
@@ -320,7 +324,7 @@ mod tests {
             let DVec2 { x, y } = range.top;
             part.padded(reach).meets([x, y, x, y])
         };
-        let seen = afar.look(part).ranges();
+        let seen = ranges(part);
         let [of_whole, of_part] = [&whole, &seen].map(|ranges| ranges.iter().filter(near).cloned().collect::<Vec<_>>());
         assert!(of_part.len() > 3 && of_part == of_whole, "{of_part:?}");
     }

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
 use crate::map::scale::Scale;
@@ -13,6 +14,7 @@ use crate::map::terrain::{MapTerrain, Nodes};
 use crate::map::tint::Tints;
 use crate::map::weighted_sums::{smoothed, weigh};
 use crate::simd::dispatch;
+use crate::stop::Stopped;
 use crate::tile::Material;
 use crate::world::World;
 
@@ -153,9 +155,9 @@ impl ShadedRelief {
     }
 
     /// Returns the ground at the pixels of an area.
-    pub fn ground(&self, terrain: &MapTerrain, area: Area) -> GroundPixels {
+    pub fn ground(&self, terrain: &MapTerrain, area: Area, clock: &Clock) -> Result<GroundPixels, Stopped> {
         let wide = self.wide(area);
-        let nodes = terrain.nodes(wide);
+        let nodes = terrain.nodes(wide, clock)?;
         let heights = terrain.at_pixels(&nodes.heights, wide);
         let (texture, smooth) = self.texture_of(&heights, area);
         let open = self.looks_up().then(|| sky::openness(&heights, area, self.per_m(), self.lamp.sun, self.sky));
@@ -173,7 +175,7 @@ impl ShadedRelief {
         let lit =
             Lit { heights: &heights, smooth: &smooth, texture: Some(&texture), open: open.as_ref(), covers: &covers };
         let pixels = self.light(&lit, area);
-        GroundPixels { area, pixels, heights, snow, stones }
+        Ok(GroundPixels { area, pixels, heights, snow, stones })
     }
 
     /// Lights the pixels of an area.

@@ -7,19 +7,20 @@ use std::sync::Arc;
 use glam::{DVec2, dvec2};
 
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
 use crate::map::font::Face;
-use crate::map::frame;
+use crate::map::frame::{self, MapFrame};
 use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape, ring, widened};
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style};
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::text::{Placed, shape};
 use crate::places::site::SiteClass;
-use crate::stop;
+use crate::stop::Stopped;
 use crate::watch::Watch;
 
 /// Widths in millimetres of the paper beside the map, above it and below it.
@@ -208,9 +209,19 @@ impl Sheet<'_> {
         furniture.contains(&Furniture::Frame) || furniture.contains(&Furniture::Grid)
     }
 
-    /// Returns the picture of a chart for a sheet with such furniture: with a frame, if the map ends at one.
-    pub fn picture(chart: &Arc<Chart>, map: Area, furniture: &BTreeSet<Furniture>) -> Picture {
-        if Sheet::is_framed(furniture) { chart.framed_picture(map) } else { chart.picture(map) }
+    /// Returns the picture of a chart for a sheet with such furniture: with a frame, if the map ends at one. `watch`
+    /// counts the squares in which everything is found.
+    ///
+    /// # Errors
+    /// When the work is stopped.
+    pub fn picture(
+        chart: &Arc<Chart>,
+        map: Area,
+        furniture: &BTreeSet<Furniture>,
+        watch: &Watch,
+    ) -> Result<Picture, Stopped> {
+        let frame = Sheet::is_framed(furniture).then(|| MapFrame::new(map, chart.scale()));
+        chart.drawn_picture(map, frame, watch)
     }
 
     /// Creates the sheet of a picture and its furniture, on as much paper as they take.
@@ -288,12 +299,16 @@ impl Sheet<'_> {
     /// Hands the sheet to `write` in strips of whole rows, from north to south: RGB, row by row.
     ///
     /// # Errors
-    /// When `write` fails.
-    pub fn strips<E>(&self, mut write: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
+    /// When `write` fails, or `clock` stops the work.
+    pub fn strips<E: From<Stopped>>(
+        &self,
+        clock: &Clock,
+        mut write: impl FnMut(&[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
         let Sheet { picture, style, scale, .. } = *self;
         let mut y = self.page.y0;
         while y < self.page.y1 {
-            stop::check();
+            clock.check()?;
             // Strips end where the blocks of the map end, so that each block is drawn only once.
             let mut end = (y.div_euclid(Chart::STRIP as i64) + 1) * Chart::STRIP as i64;
             if let Some(map) = picture.map(Picture::area).filter(|map| y < map.y0) {
@@ -302,7 +317,7 @@ impl Sheet<'_> {
             let strip = Area { y0: y, y1: end.min(self.page.y1), ..self.page };
             let mut canvas = Canvas::new(strip, style.paper);
             if let Some((picture, seen)) = picture.and_then(|picture| Some((picture, picture.area().common(&strip)?))) {
-                canvas.put(seen, &picture.pixels(seen));
+                canvas.put(seen, &picture.pixels(seen, clock)?);
             }
             self.marks.iter().for_each(|mark| mark.draw(&mut canvas, scale, style));
             write(&canvas.pixels(strip))?;

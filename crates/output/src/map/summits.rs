@@ -11,7 +11,7 @@ use crate::fluvial::landforms::peaks::Peak;
 use crate::map::climb::{self, Climb, highest};
 use crate::map::scale::Scale;
 use crate::memory::{Memory, heap_bytes};
-use crate::stop;
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// Side in millimetres on paper of a square that has at most one peak.
@@ -77,66 +77,67 @@ impl PeakSource {
     }
 
     /// Returns all peaks in an area of pixels that there is room for.
-    pub fn find(&self, scale: Scale, pixels: Area) -> Vec<Summit> {
-        let all = || self.all(scale.nodes_of(pixels, self.world.spacing_m()));
-        self.afar.as_ref().map_or_else(all, |afar| afar.find(&self.world, scale, pixels))
+    pub fn find(&self, scale: Scale, pixels: Area, clock: &Clock) -> Result<Vec<Summit>, Stopped> {
+        let all = || self.all(scale.nodes_of(pixels, self.world.spacing_m()), clock);
+        self.afar.as_ref().map_or_else(all, |afar| afar.find(&self.world, scale, pixels, clock))
     }
 
     /// Returns all peaks in an area of vertices, which are those in the vectors of a bake.
-    fn all(&self, area: Area) -> Vec<Summit> {
+    fn all(&self, area: Area, clock: &Clock) -> Result<Vec<Summit>, Stopped> {
         let rows: Vec<Area> =
             (area.y0..area.y1).step_by(512).map(|y0| Area { y0, y1: area.y1.min(y0 + 512), ..area }).collect();
-        let found: Vec<Vec<Peak>> = rows.par_iter().map(|row| self.world.peaks(row)).collect();
-        found.into_iter().flatten().map(|peak| Summit::new(&self.world, peak)).collect()
+        let found = rows.par_iter().map(|row| self.world.peaks(row, clock));
+        let found = found.collect::<Result<Vec<Vec<Peak>>, Stopped>>()?;
+        found.into_iter().flatten().map(|peak| Summit::new(&self.world, peak, clock)).collect()
     }
 }
 
 impl Summit {
-    fn new(world: &World, peak: Peak) -> Summit {
+    fn new(world: &World, peak: Peak, clock: &Clock) -> Result<Summit, Stopped> {
         let id = peak.at;
-        let PeakFeature { at, height_m, name, .. } = PEAKS.features(world, vec![peak]).remove(0);
-        Summit { at, height_m, name, id }
+        let PeakFeature { at, height_m, name, .. } = PEAKS.features(world, vec![peak], clock)?.remove(0);
+        Ok(Summit { at, height_m, name, id })
     }
 }
 
 impl FromAfar {
     /// Returns the peaks of a whole world in an area of pixels.
-    fn find(&self, whole: &World, scale: Scale, pixels: Area) -> Vec<Summit> {
+    fn find(&self, whole: &World, scale: Scale, pixels: Area, clock: &Clock) -> Result<Vec<Summit>, Stopped> {
         let stride = self.world.stride().vertices();
         // The peak lies no further from the coarse high ground than the climb reaches.
         let reach = self.climb.reach() / stride + 1;
         let area = scale.nodes_of(pixels, self.world.spacing_m()).padded(reach as usize);
         let blocks: Vec<[i64; 2]> = area.square_numbers(BLOCK * CELL).collect();
-        let block = |block: &[i64; 2]| self.blocks.get(*block, || self.block(whole, *block));
-        let found: Vec<Arc<Vec<Summit>>> = blocks.par_iter().map(block).collect();
+        let block = |block: &[i64; 2]| self.blocks.try_get(*block, || self.block(whole, *block, clock));
+        let found = blocks.par_iter().map(block).collect::<Result<Vec<Arc<Vec<Summit>>>, Stopped>>()?;
         let vertices = scale.nodes_of(pixels, whole.spacing_m());
         let within = |summit: &&Summit| vertices.contains(&Area::new(summit.id[0], summit.id[1], 1, 1));
         let mut found: Vec<Summit> = found.iter().flat_map(|block| block.iter()).filter(within).cloned().collect();
         // High ground at two places may lead to the same peak, which counts once.
         found.sort_by(|a, b| b.height_m.total_cmp(&a.height_m).then(a.id.cmp(&b.id)));
         found.dedup_by_key(|summit| summit.id);
-        found
+        Ok(found)
     }
 
     /// Returns the peaks above the high ground of a block of cells.
-    fn block(&self, whole: &World, [x, y]: [i64; 2]) -> Vec<Summit> {
+    fn block(&self, whole: &World, [x, y]: [i64; 2], clock: &Clock) -> Result<Vec<Summit>, Stopped> {
         let side = (BLOCK * CELL) as usize;
         let area = Area::new(x * BLOCK * CELL, y * BLOCK * CELL, side, side);
-        let land = self.world.relief().land(area.padded(CELL as usize), &Clock::default());
+        let land = self.world.relief().land(area.padded(CELL as usize), clock)?;
         let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
         let mut found = Vec::new();
         for cell in area.squares(CELL as usize) {
-            stop::check();
+            clock.check()?;
             let (top, height_m) = highest(&land.heights, cell);
             let around = Area::new(top[0], top[1], 1, 1).padded((CELL * 3 / 4) as usize);
             let around = around.common(&land.heights.area()).expect("it is in the area");
             let lowest_m = around.vertices().map(|(x, y)| land.heights.at(x, y)).fold(f32::MAX, f32::min);
             let is_top = highest(&land.heights, around).0 == top;
             if is_top && height_m - lowest_m >= LEAST_RISE_M && height_m > sea_level_m {
-                let peak = self.climb.peak(top.map(|at| at * self.world.stride().vertices()));
-                found.extend(peak.map(|peak| Summit::new(whole, peak)));
+                let peak = self.climb.peak(top.map(|at| at * self.world.stride().vertices()), clock)?;
+                found.extend(peak.map(|peak| Summit::new(whole, peak, clock)).transpose()?);
             }
         }
-        found
+        Ok(found)
     }
 }

@@ -12,6 +12,7 @@ use crate::grid::Grid;
 use crate::map::scale::Scale;
 use crate::map::weighted_sums::weigh;
 use crate::memory::{Memory, heap_bytes};
+use crate::stop::Stopped;
 use crate::tile::TilePlan;
 use crate::world::World;
 
@@ -88,33 +89,33 @@ impl MapTerrain {
 
     /// Returns the slope (rise over run) of the steeper land of the world: the 80th percentile of samples here and
     /// there. It is the same for all maps of one scale.
-    pub fn steepness(&self) -> f64 {
+    pub fn steepness(&self, clock: &Clock) -> Result<f64, Stopped> {
         let apart = (LOOK_M / self.world.spacing_m()) as i64 + 1;
         let places: Vec<[i64; 2]> =
             (0..LOOKS * LOOKS).map(|at| [at % LOOKS, at / LOOKS].map(|at| at * apart)).collect();
         let look = |[x, y]: &[i64; 2]| {
             let area = Area::new(*x, *y, LOOK, LOOK);
-            let heights = self.world.relief().heights(area.padded(1));
+            let heights = self.world.relief().land(area.padded(1), clock)?.heights;
             let sea_level_m = self.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
             let land = area.vertices().filter(|(x, y)| heights.at(*x, *y) > sea_level_m);
             let rise_m = |(x, y)| {
                 let rise = [heights.at(x + 1, y) - heights.at(x - 1, y), heights.at(x, y + 1) - heights.at(x, y - 1)];
                 length(rise.map(f64::from)) / 2.0
             };
-            land.map(|at| rise_m(at) / self.world.spacing_m()).collect::<Vec<f64>>()
+            Ok(land.map(|at| rise_m(at) / self.world.spacing_m()).collect::<Vec<f64>>())
         };
         let mut slopes: Vec<f64> = Vec::new();
         // A sample takes long, because nothing around it is cached. So take no more of them than it takes to see some
         // land.
         for places in places.chunks(LOOKS_AT_ONCE) {
-            slopes.extend(places.par_iter().map(look).collect::<Vec<_>>().concat());
+            slopes.extend(places.par_iter().map(look).collect::<Result<Vec<_>, Stopped>>()?.concat());
             if slopes.len() >= LOOKS_AT_ONCE * LOOK * LOOK / 2 {
                 break;
             }
         }
         slopes.sort_by(f64::total_cmp);
         // A world that is all sea has no contours, so any value will do for it.
-        slopes.get(slopes.len() * 4 / 5).map_or(1.0, |slope| slope.clamp(0.02, 1.0))
+        Ok(slopes.get(slopes.len() * 4 / 5).map_or(1.0, |slope| slope.clamp(0.02, 1.0)))
     }
 
     /// Nodes per pixel.
@@ -123,7 +124,7 @@ impl MapTerrain {
     }
 
     /// Returns the land at all nodes that the pixels of an area depend on.
-    pub fn nodes(&self, pixels: Area) -> Nodes {
+    pub fn nodes(&self, pixels: Area, clock: &Clock) -> Result<Nodes, Stopped> {
         let [x, y] = [(pixels.x0, pixels.x1), (pixels.y0, pixels.y1)].map(|(from, to)| {
             let ends = [from, to - 1].map(|pixel| BSpline::at(pixel, self.nodes_per_pixel()).first);
             (ends[0], ends[1] + 4)
@@ -134,7 +135,7 @@ impl MapTerrain {
             Nodes { heights: Grid::filled(area, 0.0), ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
         for [x, y] in area.square_numbers(side) {
             let id = TileId { x, y };
-            let (patch, own) = (self.patch(id), self.own(id));
+            let (patch, own) = (self.patch(id, clock)?, self.own(id));
             let common = own.common(&area).expect("the patch was chosen by the area");
             for y in common.y0..common.y1 {
                 let start = ((y - own.y0) * side + common.x0 - own.x0) as usize;
@@ -144,7 +145,7 @@ impl MapTerrain {
                 nodes.cover.row_mut(y, common.x0, common.x1).copy_from_slice(&patch.cover[range]);
             }
         }
-        nodes
+        Ok(nodes)
     }
 
     /// Returns the nodes of a tile's patch.
@@ -153,21 +154,21 @@ impl MapTerrain {
         Area::new(id.x * side, id.y * side, side as usize, side as usize)
     }
 
-    fn patch(&self, id: TileId) -> Arc<TerrainPatch> {
-        self.patches.get(id, || {
+    fn patch(&self, id: TileId, clock: &Clock) -> Result<Arc<TerrainPatch>, Stopped> {
+        self.patches.try_get(id, || {
             let plan = TilePlan::without_lines(&self.world, id);
-            let tile = self.maker.tiles(&self.world, vec![plan], &Clock::default()).remove(0);
+            let tile = self.maker.tiles(&self.world, vec![plan], clock)?.remove(0);
             let area = self.own(id);
-            TerrainPatch {
+            Ok(TerrainPatch {
                 heights: tile.heights().part(area).values().to_vec(),
                 ground: tile.blend().ground().part(area).values().to_vec(),
                 cover: tile.blend().cover().part(area).values().to_vec(),
-            }
+            })
         })
     }
 
-    /// Interpolates values at the pixels of an area from values at [its nodes](MapTerrain::nodes). The surface is smooth
-    /// and passes near the nodes, not through them.
+    /// Interpolates values at the pixels of an area from values at [its nodes](MapTerrain::nodes). The surface is
+    /// smooth and passes near the nodes, not through them.
     pub fn at_pixels(&self, nodes: &Grid<f32>, pixels: Area) -> Grid<f32> {
         let area = nodes.area();
         let columns: Vec<BSpline> = (pixels.x0..pixels.x1).map(|x| BSpline::at(x, self.nodes_per_pixel())).collect();

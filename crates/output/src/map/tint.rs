@@ -3,8 +3,8 @@
 use crate::map::style::{Stop, TintStyle};
 use crate::world::World;
 
-/// Entries of a colour table: four per level of a channel's 256. As `f32` they take 12 KiB, which fits into a
-/// first-level cache.
+/// Entries of a colour table: four for each of the 256 levels of a colour channel. As `f32` they take 12 KiB, which
+/// fits into a first-level cache.
 const STEPS: usize = 1024;
 
 /// The colours of a world's heights and depths, as tables of sRGB 0 to 255.

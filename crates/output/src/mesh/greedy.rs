@@ -9,11 +9,12 @@ use super::border::chain;
 use super::delaunay::Delaunay;
 use super::furthest_vertex::FurthestVertex;
 use super::height_steps::HeightSteps;
-use crate::stop;
+use crate::clock::Clock;
+use crate::stop::Stopped;
 
 /// Returns the triangulation whose triangles are all within `bound` steps of the heights. Its border is the [`chain`]
 /// of each edge for `edge_bound`, which is no wider than `bound`.
-pub fn triangulate(steps: &HeightSteps, bound: f64, edge_bound: f64) -> Delaunay {
+pub fn triangulate(steps: &HeightSteps, bound: f64, edge_bound: f64, clock: &Clock) -> Result<Delaunay, Stopped> {
     let mut mesh = Delaunay::new(steps);
     insert_border(&mut mesh, steps, edge_bound);
     let mut queue = TriangleQueue { bound, heap: BinaryHeap::new(), needs: Vec::new() };
@@ -21,7 +22,7 @@ pub fn triangulate(steps: &HeightSteps, bound: f64, edge_bound: f64) -> Delaunay
         queue.update(&mesh, steps, triangle);
     }
     while let Some((triangle, index)) = queue.pop() {
-        stop::check();
+        clock.check()?;
         let at = [index % steps.side() as u32, index / steps.side() as u32];
         mesh.insert(steps, at, triangle);
         // Only the triangles around the new vertex have changed.
@@ -29,7 +30,7 @@ pub fn triangulate(steps: &HeightSteps, bound: f64, edge_bound: f64) -> Delaunay
             queue.update(&mesh, steps, mesh.star()[place]);
         }
     }
-    mesh
+    Ok(mesh)
 }
 
 /// Inserts the kept vertices of the four edges.

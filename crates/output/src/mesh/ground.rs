@@ -10,8 +10,9 @@ use super::cut_cells;
 use super::waterline::Waterlines;
 use super::{Facet, Surface};
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::grid::Grid;
-use crate::stop;
+use crate::stop::Stopped;
 
 /// Parts per cell, for places between the vertices of the raster.
 pub const PARTS: i32 = 256;
@@ -51,14 +52,18 @@ impl Ground {
     /// more of them where a vertex of the raster would otherwise lie more than `bound_m` metres above or below it.
     /// Vertices under water do not count, because the ground there lies below the water's surface and may differ from
     /// the raster. Without a bound, the surface must have every vertex.
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
     pub fn cut(
         surface: &Surface,
         heights: &Grid<f32>,
         area: Area,
         waters: &Waterlines,
         bound_m: Option<f64>,
-    ) -> Ground {
-        let Some(bound_m) = bound_m else { return cut_cells::cut(surface, heights, area, waters) };
+        clock: &Clock,
+    ) -> Result<Ground, Stopped> {
+        let Some(bound_m) = bound_m else { return Ok(cut_cells::cut(surface, heights, area, waters)) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
         // Drop vertices so near to a shore that they would make slivers, but not on the tile's edge, or neighbours
@@ -79,7 +84,7 @@ impl Ground {
             vertices.iter().enumerate().map(|(number, vertex)| (vertex.place, number)).collect();
         let edges = waters.pieces().map(|(_, ends)| ends.map(|end| numbers[&end]));
         let mut cut = constrained(vertices, edges);
-        refine(&mut cut, heights, area, waters, bound_m);
+        refine(&mut cut, heights, area, waters, bound_m, clock)?;
         let vertices = cut.vertices().map(|vertex| {
             let CutVertex { place, is } = *vertex.data();
             GroundVertex { place: place.map(|at| at as u32), height_m: is }
@@ -90,7 +95,7 @@ impl Ground {
             let [a, b, c] = face.vertices().map(|vertex| corner(vertex.fix()));
             [a, c, b]
         });
-        Ground { cells: surface.cells, vertices: vertices.collect(), triangles: triangles.collect() }
+        Ok(Ground { cells: surface.cells, vertices: vertices.collect(), triangles: triangles.collect() })
     }
 
     /// Returns the triangles as facets over the raster, in their order.
@@ -109,12 +114,19 @@ type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex<f32>, (), CdtEdge<()>, ()>
 /// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
 /// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
 /// surface's.
-fn refine(cut: &mut EdgedTriangulation<f32>, heights: &Grid<f32>, area: Area, waters: &Waterlines, bound_m: f64) {
+fn refine(
+    cut: &mut EdgedTriangulation<f32>,
+    heights: &Grid<f32>,
+    area: Area,
+    waters: &Waterlines,
+    bound_m: f64,
+    clock: &Clock,
+) -> Result<(), Stopped> {
     // Keep faces by their corners, since face numbers change.
     let corners = |face: CutFace| face.vertices().map(|vertex| *vertex.data());
     let mut open: Vec<[CutVertex<f32>; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
-        stop::check();
+        clock.check()?;
         let Some(at) = furthest(triangle, heights, area, waters, bound_m) else { continue };
         // A triangle that has been replaced may still be looked at. The triangles that replaced it are looked at too.
         let place = at.map(|at| i64::from(at) * i64::from(PARTS));
@@ -125,6 +137,7 @@ fn refine(cut: &mut EdgedTriangulation<f32>, heights: &Grid<f32>, area: Area, wa
             open.extend(cut.vertex(handle).out_edges().filter_map(|edge| edge.face().as_inner()).map(corners));
         }
     }
+    Ok(())
 }
 
 /// Finds the vertex of the raster that is furthest from a triangle, beyond the bound and not under water.

@@ -7,8 +7,8 @@ use crate::grid::Grid;
 /// 4 km.
 const PER_METRE: f64 = 4096.0;
 
-/// Largest height in metres, above or below zero. Together with [`MAX_CELLS`] it keeps every number in `furthest_vertex.rs` below
-/// 2^53.
+/// Largest height in metres, above or below zero. Together with [`MAX_CELLS`] it keeps every number in
+/// `furthest_vertex.rs` below 2^53.
 pub const MAX_HEIGHT_M: f32 = 65_535.0;
 
 /// Largest number of cells per side.

@@ -42,7 +42,9 @@ pub use water::{WaterSheet, sheets};
 pub use waterline::{WaterPoint, Waterline, Waterlines};
 
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::grid::Grid;
+use crate::stop::Stopped;
 use height_steps::{HeightSteps, whole_steps};
 
 /// A tile's terrain as triangles over some of its vertices.
@@ -79,21 +81,30 @@ impl Surface {
     /// the same on every machine. With a bound of less than 2^-12 m all vertices are kept. `edge_m` is another,
     /// narrower bound for the edges, so that the tile meets neighbours that are made with that bound.
     ///
+    /// # Errors
+    /// When `clock` stops the work.
+    ///
     /// # Panics
     /// If the area is not a square of 1 to [`MAX_CELLS`] cells a side or reaches outside of `heights`, if a
     /// height is not finite or beyond [`MAX_HEIGHT_M`], and if a bound is not a number.
-    pub fn simplified(heights: &Grid<f32>, area: Area, bound_m: f64, edge_m: Option<f64>) -> Surface {
+    pub fn simplified(
+        heights: &Grid<f32>,
+        area: Area,
+        bound_m: f64,
+        edge_m: Option<f64>,
+        clock: &Clock,
+    ) -> Result<Surface, Stopped> {
         let edge_m = edge_m.unwrap_or(bound_m).min(bound_m);
         assert!(!bound_m.is_nan() && !edge_m.is_nan(), "a bound is a number of metres");
         let steps = HeightSteps::new(heights, area);
         let cells = steps.side() as u32 - 1;
         let Some(bound) = whole_steps(bound_m) else {
-            return Surface::full(cells);
+            return Ok(Surface::full(cells));
         };
         // With a bound below 0 every distance is too large: all vertices of the edge are kept.
-        let mesh = greedy::triangulate(&steps, bound, whole_steps(edge_m).unwrap_or(-1.0));
+        let mesh = greedy::triangulate(&steps, bound, whole_steps(edge_m).unwrap_or(-1.0), clock)?;
         let vertices = mesh.vertices().iter().map(|vertex| [vertex.x as u32, vertex.y as u32]).collect();
-        Surface { cells, vertices, triangles: mesh.triangles().to_vec() }
+        Ok(Surface { cells, vertices, triangles: mesh.triangles().to_vec() })
     }
 }
 

@@ -1,4 +1,6 @@
 //! Lines as ribbons: roads on their beds, and bridges as decks.
+//!
+//! To judge the numbers chosen by eye, look at meshes of roads and bridges, in Blender.
 
 use std::cmp::Reverse;
 use std::sync::Arc;
@@ -10,8 +12,10 @@ use super::drape::draped;
 use super::footprint::{RoadCorner, RoadPatch, footprint};
 use super::polygon::{TilePoint, UNITS, bounds, doubled_area};
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::geometry::{come, furthest, simplified};
 use crate::lines::{Line, LineKind, LinePoint, Lines, StructureKind};
+use crate::stop::Stopped;
 use crate::world::World;
 
 /// The kind of a ribbon.
@@ -112,13 +116,16 @@ fn in_units(cells: f64) -> i64 {
 }
 
 /// Finds all roads that may reach into a tile, and the roads that may overlap them there.
-pub fn roads_near(world: &World, area: &Area) -> Lines {
+///
+/// # Errors
+/// When `clock` stops the work.
+pub fn roads_near(world: &World, area: &Area, clock: &Clock) -> Result<Lines, Stopped> {
     let preset = world.preset();
     let of_places = preset.places.iter().flat_map(|places| places.width_m);
     let widest_m = of_places.chain(preset.roads.iter().map(|roads| roads.width_m)).fold(0.0, f64::max);
     // Reach to the far end of a patch, and from a road's edge to its middle there.
     let around = LONGEST + 2.0 * widest_m / world.spacing_m();
-    world.lines_through(LineKind::Road, &area.padded(around.ceil() as usize + 1))
+    world.lines_through(LineKind::Road, &area.padded(around.ceil() as usize + 1), clock)
 }
 
 /// Returns the ribbons on a tile: roads on its ground, cut at the tile's edges, and the pieces of bridges whose middles

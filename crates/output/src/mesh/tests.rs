@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::polygon::doubled_area;
 use super::*;
 use crate::area::TileId;
+use crate::clock::Clock;
 use crate::hash::combine;
 use crate::preset::Preset;
 use crate::tile::Tile;
@@ -105,7 +106,7 @@ fn assert_sound(surface: &Surface, name: &str) {
 fn no_vertex_is_beyond_the_bound() {
     for (name, heights) in grids() {
         for bound_m in BOUNDS_M {
-            let surface = Surface::simplified(&heights, heights.area(), bound_m, None);
+            let surface = Surface::simplified(&heights, heights.area(), bound_m, None, &Clock::default()).unwrap();
             assert_sound(&surface, &name);
             let error_m = greatest_error_m(&surface, &heights, heights.area());
             assert!(error_m <= bound_m + 1e-9, "{name}: {error_m} m with a bound of {bound_m} m");
@@ -120,7 +121,7 @@ fn tiles_are_within_the_bound_and_far_fewer_triangles() {
     let worlds = [("thesis", 0.5, world("thesis")), ("mountains", 2.0, world("mountains"))];
     for (name, bound_m, world) in worlds.into_iter().chain([("fluvial", 4.0, fluvial)]) {
         let tile = Tile::new(&world, TileId { x: 3, y: -5 });
-        let surface = Surface::simplified(tile.heights(), tile.area(), bound_m, None);
+        let surface = Surface::simplified(tile.heights(), tile.area(), bound_m, None, &Clock::default()).unwrap();
         assert_sound(&surface, name);
         let error_m = greatest_error_m(&surface, tile.heights(), tile.area());
         assert!(error_m <= bound_m + 1e-9, "{name}: {error_m} m");
@@ -138,7 +139,9 @@ fn neighbours_share_the_vertices_of_their_edge() {
         let at = TileId { x: -1, y: 7 };
         let [here, east, south] = [at, TileId { x: at.x + 1, ..at }, TileId { y: at.y + 1, ..at }].map(|id| {
             let tile = Tile::new(&world, id);
-            [0.1, 2.0].map(|bound_m| Surface::simplified(tile.heights(), tile.area(), bound_m, None))
+            [0.1, 2.0].map(|bound_m| {
+                Surface::simplified(tile.heights(), tile.area(), bound_m, None, &Clock::default()).unwrap()
+            })
         });
         for level in 0..2 {
             assert_eq!(on(&here[level], 0, 64), on(&east[level], 0, 0), "{name}");
@@ -146,7 +149,8 @@ fn neighbours_share_the_vertices_of_their_edge() {
         }
         // A coarse tile can meet a fine neighbour, or one with all vertices, if it is asked to.
         let tile = Tile::new(&world, at);
-        let coarse = |edge_m| Surface::simplified(tile.heights(), tile.area(), 2.0, Some(edge_m));
+        let coarse =
+            |edge_m| Surface::simplified(tile.heights(), tile.area(), 2.0, Some(edge_m), &Clock::default()).unwrap();
         assert_eq!(on(&coarse(0.1), 0, 64), on(&here[0], 0, 64), "{name}");
         assert_eq!(on(&coarse(0.0), 1, 0).len(), 65, "{name}");
         assert!(on(&here[0], 0, 64).len() > 2, "{name}: an edge without vertices proves nothing");
@@ -158,7 +162,10 @@ fn neighbours_share_the_vertices_of_their_edge() {
 fn flat_land_is_two_triangles() {
     for cells in [1, 2, 5, 64, 100] {
         for heights in [grid(cells, |_, _| -3.3), grid(cells, |x, y| 2.0 * x as f32 - 0.5 * y as f32)] {
-            assert_eq!(Surface::simplified(&heights, heights.area(), 0.001, None).triangles.len(), 2);
+            assert_eq!(
+                Surface::simplified(&heights, heights.area(), 0.001, None, &Clock::default()).unwrap().triangles.len(),
+                2
+            );
         }
     }
 }
@@ -167,7 +174,10 @@ fn flat_land_is_two_triangles() {
 fn a_bound_below_the_steps_keeps_everything() {
     let heights = grid(6, chance);
     for bound_m in [1e-4, 0.0, -1.0] {
-        assert_eq!(Surface::simplified(&heights, heights.area(), bound_m, None), Surface::full(6));
+        assert_eq!(
+            Surface::simplified(&heights, heights.area(), bound_m, None, &Clock::default()).unwrap(),
+            Surface::full(6)
+        );
     }
     assert_sound(&Surface::full(1), "one cell");
     assert_sound(&Surface::full(6), "full");
@@ -178,18 +188,18 @@ fn a_bound_below_the_steps_keeps_everything() {
 fn what_is_around_the_area_does_not_matter() {
     let inside = Area::new(-60, 19, 26, 26);
     let heights = grid(45, |x, y| 100.0 * chance(x, y));
-    let surface = Surface::simplified(&heights, inside, 5.0, None);
+    let surface = Surface::simplified(&heights, inside, 5.0, None, &Clock::default()).unwrap();
     let mut other = Grid::filled(inside.padded(1), f32::NAN);
     for y in inside.y0..inside.y1 {
         other.row_mut(y, inside.x0, inside.x1).copy_from_slice(heights.row(y, inside.x0, inside.x1));
     }
-    assert_eq!(Surface::simplified(&other, inside, 5.0, None), surface);
+    assert_eq!(Surface::simplified(&other, inside, 5.0, None, &Clock::default()).unwrap(), surface);
 }
 
 #[test]
 fn the_same_triangles_on_every_machine() {
     let heights = grid(100, |x, y| 300.0 * chance(x / 9, y / 7) + 10.0 * chance(x, y));
-    let surface = Surface::simplified(&heights, heights.area(), 3.0, None);
+    let surface = Surface::simplified(&heights, heights.area(), 3.0, None, &Clock::default()).unwrap();
     let mut hasher = blake3::Hasher::new();
     hasher.update(bytemuck::cast_slice(&surface.vertices)).update(bytemuck::cast_slice(&surface.triangles));
     assert_eq!(hasher.finalize().to_hex()[..16], *"41ac6d43024190ba");
@@ -199,5 +209,5 @@ fn the_same_triangles_on_every_machine() {
 #[should_panic(expected = "not finite")]
 fn heights_that_are_no_numbers_are_refused() {
     let heights = grid(4, |x, y| if (x, y) == (4, 4) { f32::NAN } else { 0.0 });
-    Surface::simplified(&heights, heights.area(), 1.0, None);
+    Surface::simplified(&heights, heights.area(), 1.0, None, &Clock::default()).unwrap();
 }

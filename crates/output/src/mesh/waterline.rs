@@ -1,10 +1,9 @@
 //! The lines where water meets land on a tile: the banks of rivers, as smooth as the rivers are, and the shores of
-//! lakes and the sea, where the heights put them.
+//! lakes and the sea, where the land rises above the water.
 //!
 //! A river is known by its centre line and its width, which may be less than a cell: its banks lie between the vertices
-//! of the raster. The shore of standing water crosses the edges of cells where the land rises above the water's level.
-//! Both are as simple as a tolerance allows. Their points on the edge of a tile follow from what both tiles at the edge
-//! know.
+//! of the raster. The shore of standing water crosses the edges of cells. Both lines have as few points as a tolerance
+//! allows. Their points on the edge of a tile follow from what both tiles at the edge know.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
@@ -13,11 +12,13 @@ use glam::{DVec2, dvec2};
 
 use super::PARTS;
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::contour::{Edge, chains, square};
 use crate::geometry::{LineSegment, furthest, simplified};
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::{Line, LineKind, LinePoint};
+use crate::stop::Stopped;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -160,15 +161,24 @@ impl Waterlines {
     /// Finds the waters of a tile; `None` if there are none. Lines may be off by `tolerance` cells to the side. Places
     /// are multiples of `grain` [parts](PARTS) of a cell, a power of two, so different points are at least that far
     /// apart.
-    pub fn new(world: &World, tile: &Tile, tolerance: f64, grain: i64) -> Option<Waterlines> {
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn new(
+        world: &World,
+        tile: &Tile,
+        tolerance: f64,
+        grain: i64,
+        clock: &Clock,
+    ) -> Result<Option<Waterlines>, Stopped> {
         let area = tile.area();
         let near = area.padded(AROUND);
-        let lines = world.lines_through(LineKind::River, &near);
+        let lines = world.lines_through(LineKind::River, &near, clock)?;
         let courses: Vec<CentreLine> =
             lines.iter().map(|line| CentreLine::new(line, &area, tolerance, grain)).collect();
         let standing = Standing::new(world, tile, &courses);
         if courses.is_empty() && standing.wet.values().iter().all(Option::is_none) {
-            return None;
+            return Ok(None);
         }
         let cells = area.width() - 1;
         let reaches = Reaches::new(&courses, cells);
@@ -177,7 +187,7 @@ impl Waterlines {
         waters.cover();
         waters.add_shores(tolerance);
         waters.add_rivers();
-        (!waters.lines.is_empty() || waters.standing.has_any(area)).then_some(waters)
+        Ok((!waters.lines.is_empty() || waters.standing.has_any(area)).then_some(waters))
     }
 
     /// Returns all points, no two of them at the same place.
@@ -268,7 +278,7 @@ impl Waterlines {
     fn river_at(&self, place: [f64; 2], share: f64, less: f64) -> Option<f32> {
         let pieces = self.reaches.around(place).iter();
         let covering = pieces.filter_map(|(_, [from, to])| covering([from, to], place, share, less));
-        // Of equal ones, the first.
+        // Of pieces that cover the place equally well, the first one is taken.
         covering.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, level_m)| level_m)
     }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::area::Area;
+use crate::clock::Clock;
 use crate::error::Error;
-use crate::stop;
 use crate::web::encode::{height_text, terrain_rgb};
 use crate::web::folder;
 use crate::web::pyramid::{Block, Pyramid, TILE_PX, TilePlace};
@@ -101,6 +101,7 @@ pub(super) struct BlockPainter<'a> {
     pub choice: Choice,
     pub content: &'a MapContent<'a>,
     pub sets: &'a [Set<'a>],
+    pub clock: &'a Clock,
 }
 
 impl BlockPainter<'_> {
@@ -135,7 +136,7 @@ impl BlockPainter<'_> {
             };
             let side = TILE_PX as usize * *scale as usize;
             for place in block.tiles() {
-                stop::check();
+                self.clock.check()?;
                 let tile = cut(&rgb, width, corner(block, place, side), side);
                 let bytes = self.choice.encoding.encode(side as u32, &tile);
                 if self.choice.folder {

@@ -40,6 +40,7 @@ use crate::area::Area;
 use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::file::{PartFile, make_folder, remove};
+use crate::watch::Watch;
 use archives::Archives;
 use block_painter::{BlockPainter, HEIGHTS, Set, TilePicture};
 
@@ -155,27 +156,26 @@ pub struct Written {
 ///
 /// Tiles are drawn in parallel, in an order that keeps neighbours together, and only a few blocks are in memory at a
 /// time. All files are the same whatever the number of threads. Each file appears when it is complete, and `index.html`
-/// when all are; an older `index.html` is removed first. `progress` is called with the number of the plan's tiles that
-/// were done since the last call.
+/// when all are; an older `index.html` is removed first. `watch` counts the plan's tiles.
 ///
 /// # Panics
 /// If a function returns more or fewer pixels than its view has, or if a layer's name is taken or invalid.
 ///
 /// # Errors
-/// Those of the functions that draw, and when a file cannot be written.
+/// Those of the functions that draw, and when a file cannot be written or the work is stopped.
 pub fn write(
     folder: &Path,
     pyramid: &Pyramid,
     meta: &Meta,
     choice: Choice,
     content: &MapContent,
-    progress: &dyn Fn(u64),
+    watch: &Watch,
 ) -> Result<Written, Error> {
     let sets = block_painter::sets(choice, content);
     begin(folder, &sets)?;
     let archives = sets.iter().map(|set| Archives::create(folder, pyramid, meta, choice, set));
     let mut archives: Vec<Archives> = archives.collect::<Result<_, _>>()?;
-    let painter = BlockPainter { folder, pyramid, choice, content, sets: &sets };
+    let painter = BlockPainter { folder, pyramid, choice, content, sets: &sets, clock: &watch.clock };
     let listing = choice.folder.then(|| PartFile::create(folder.join(LISTING)));
     let mut listing = listing.transpose()?;
     let mut tally = Tally::default();
@@ -196,7 +196,7 @@ pub fn write(
                     listing.write_all(drawn.listing.as_bytes()).map_err(Error::io(listing.path()))?;
                 }
             }
-            progress(batch.iter().map(|block| block.places.len() as u64).sum());
+            watch.add(batch.iter().map(|block| block.places.len() as u64).sum());
         }
     }
     let mut files = Vec::new();

@@ -109,7 +109,7 @@ fn written(folder: &Path, bounds_m: [f64; 4], finest_m: f64, choice: Choice) -> 
         heights: Some(&|view| Ok(heights(view))),
         features: &FEATURES,
     };
-    let written = write(folder, &pyramid, &meta, choice, &content, &|_| ()).unwrap();
+    let written = write(folder, &pyramid, &meta, choice, &content, &Watch::default()).unwrap();
     (pyramid, written)
 }
 
@@ -255,7 +255,7 @@ fn equal_tiles_are_stored_once() {
     let layers = [WebLayer { name: "sea", title: "Sea", paint: &|view| Ok([9, 99, 199].repeat(view.pixels.len())) }];
     let content = MapContent { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
     let choice = Choice { folder: false, dense: false, encoding: TileEncoding::Png, ..ALL };
-    write(folder.path(), &pyramid, &meta, choice, &content, &|_| ()).unwrap();
+    write(folder.path(), &pyramid, &meta, choice, &content, &Watch::default()).unwrap();
     let database = Connection::open(folder.path().join("sea.mbtiles")).unwrap();
     let count =
         |table: &str| database.query_row(&format!("SELECT count(*) FROM {table}"), (), |row| row.get::<_, i64>(0));
@@ -275,7 +275,7 @@ fn a_map_that_fails_has_no_page_and_no_archive() {
     let paint = |view: &View| if view.zoom < pyramid.max_zoom() { Ok(map(view)) } else { Err(Error::Interrupted) };
     let layers = [WebLayer { name: "other", title: "Other", paint: &paint }];
     let content = MapContent { prepare: &|_| Ok(()), layers: &layers, heights: None, features: &[] };
-    let failed = write(folder.path(), &pyramid, &meta, choice, &content, &|_| ()).unwrap_err();
+    let failed = write(folder.path(), &pyramid, &meta, choice, &content, &Watch::default()).unwrap_err();
     assert!(matches!(failed, Error::Interrupted));
     let files = files(folder.path());
     assert!(!files.contains_key("index.html") && files.contains_key("map.js"), "the page of the map before is gone");

@@ -11,7 +11,9 @@ use wgpu::{
     ShaderSource, ShaderStages,
 };
 
-use crate::tile::{RUBBLE_REACH, RUBBLE_STEPS};
+use super::bands::{self, JOB_WORDS};
+use crate::tile::{self, RUBBLE_REACH, RUBBLE_STEPS};
+use crate::{lines, noise, relief};
 
 /// Arithmetic of all shaders: sums, products, quotients and roots with the bits of the CPU.
 pub(super) const EXACT: &str = include_str!(concat!(env!("TERRANE_SHADERS"), "/exact.wgsl"));
@@ -128,7 +130,7 @@ impl Gpu {
         let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: None,
             entries: &[
-                binding(0, BufferBindingType::Uniform, 12),
+                binding(0, BufferBindingType::Uniform, 4 * JOB_WORDS as u64),
                 binding(1, BufferBindingType::Storage { read_only: true }, 4),
                 binding(2, BufferBindingType::Storage { read_only: true }, 4),
                 binding(3, BufferBindingType::Storage { read_only: false }, 4),
@@ -270,8 +272,22 @@ impl Shader {
             Shader::Relief => include_str!(concat!(env!("TERRANE_SHADERS"), "/relief.wgsl")),
             Shader::Tile => include_str!(concat!(env!("TERRANE_SHADERS"), "/tile.wgsl")),
         };
-        [include_str!(concat!(env!("TERRANE_SHADERS"), "/job.wgsl")), EXACT, kernels].join("\n")
+        [&inputs(), EXACT, kernels].join("\n")
     }
+}
+
+/// Returns the inputs of all kernels as WGSL, with the structs and constants that Rust has too.
+pub(super) fn inputs() -> String {
+    let job = include_str!(concat!(env!("TERRANE_SHADERS"), "/job.wgsl"));
+    [
+        bands::wgsl(),
+        noise::gpu_words::wgsl(),
+        relief::gpu_words::wgsl(),
+        lines::gpu_words::wgsl(),
+        tile::wgsl(),
+        job.into(),
+    ]
+    .concat()
 }
 
 fn storage_bytes(limits: &Limits) -> u64 {

@@ -29,9 +29,26 @@ pub(super) const SURFACE_PLANES: usize = 6;
 /// Number of planes of an imprint: cut, sand, water and dirt.
 pub(super) const IMPRINT_PLANES: usize = 4;
 
-/// Number of words per band in the table of bands, and largest number of bands in a submission, for which the table has
-/// room.
-pub(super) const BAND_WORDS: usize = 16;
+kernel_words! {
+    /// The input of all kernels: zero, which no compiler can know (see `shaders/exact.wgsl`); the number of words per
+    /// block; and the offset of the ground rule in the words that all submissions share.
+    struct KernelJob in own, JOB_WORDS { zero: u32, block_words: u32, rule: u32 }
+
+    /// A band in the table of bands. First its land: offset of the plane, width and height; then position in this land,
+    /// width and height of the tile, and offset of the tile's planes. `noise` and `rubble` are offsets of planes.
+    /// `lines` is the offset of the lines, or 0 without any; `row` the row of the lines' area in which the band begins;
+    /// `imprint` the offset of the imprint's planes.
+    struct BandWords in own, BAND_WORDS {
+        land: u32, width: u32, height: u32,
+        pad: [u32; 2], cells: [u32; 2], out: u32,
+        noise: u32, rubble: [u32; 2],
+        lines: u32, row: u32, imprint: u32,
+    }
+
+    const TABLE: u32;
+}
+
+/// Largest number of bands in a submission, for which the table of bands has room.
 pub(super) const BANDS: usize = 64;
 
 /// Number of words in the table of bands, which is the first part of the upload.

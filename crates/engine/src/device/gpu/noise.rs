@@ -4,12 +4,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bytemuck::{cast_slice, cast_slice_mut};
+use bytemuck::{Zeroable, cast_slice, cast_slice_mut};
 use rayon::prelude::*;
 use wgpu::{ComputePass, ComputePipeline};
 
 use super::adapter::Gpu;
-use super::bands::{BAND_WORDS, Band, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
+use super::bands::{BANDS, Band, BandWords, IMPRINT_PLANES, LandJob, LooksAround, SURFACE_PLANES, TABLE, submissions};
 use super::submission::{Slot, Slots, Submission, Words};
 use crate::area::Area;
 use crate::clock::{Clock, stage};
@@ -19,6 +19,7 @@ use crate::land::Land;
 use crate::lines::{Imprint, Line, gpu_words};
 use crate::noise::gpu_words::BLOCK;
 use crate::relief::{NoiseRelief, PackedRelief, VertexBlock};
+use crate::stop::Stopped;
 use crate::tile::{Blend, GroundRule, Normals, Tile, TilePlan, TileSurface};
 use crate::world::World;
 
@@ -99,18 +100,23 @@ impl NoiseMaker {
 
     /// Carries out all jobs. `None` if a job is too large, or if something failed, which is then recorded as
     /// [trouble](Gpu::trouble).
-    pub(super) fn make(&self, jobs: &[LandJob], clock: &Clock) -> Option<Vec<Made>> {
-        let submissions = submissions(jobs, self.looks, &self.slots, self.block_words)?;
-        let made = self.make_all(jobs, submissions, clock);
+    pub(super) fn make(&self, jobs: &[LandJob], clock: &Clock) -> Result<Option<Vec<Made>>, Stopped> {
+        let Some(submissions) = submissions(jobs, self.looks, &self.slots, self.block_words) else { return Ok(None) };
+        let made = self.make_all(jobs, submissions, clock)?;
         if made.is_none() {
             self.gpu.give_up("gave nothing back");
         }
-        made.filter(|_| self.gpu.trouble().is_none())
+        Ok(made.filter(|_| self.gpu.trouble().is_none()))
     }
 
     /// Carries out all submissions, on the calling thread alone if there is only one. The caller of a small request may
     /// hold a lock that other work of the pool waits for, so such work must not begin on its thread.
-    fn make_all(&self, jobs: &[LandJob], submissions: Vec<Vec<Band>>, clock: &Clock) -> Option<Vec<Made>> {
+    fn make_all(
+        &self,
+        jobs: &[LandJob],
+        submissions: Vec<Vec<Band>>,
+        clock: &Clock,
+    ) -> Result<Option<Vec<Made>>, Stopped> {
         let is_one = submissions.len() < 2;
         let mut made: Vec<Made> = match is_one {
             true => jobs.iter().map(Made::room).collect(),
@@ -125,24 +131,29 @@ impl NoiseMaker {
             let room = bands.iter().flat_map(|band| band.split_off(&mut left[band.job])).collect();
             lanes[number % UNDER_WAY].push((bands, room));
         }
+        // The error of a lane is none if the GPU failed.
         let carry_out = |lane: Vec<Bands<'_>>| {
             lane.into_iter().try_for_each(|(bands, room)| {
-                let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands))?;
-                self.read(&bands, submission, room, clock)
+                let submission = clock.time(stage::GPU_LOADS, || self.submit(jobs, &bands)).map_err(Some)?;
+                self.read(&bands, submission.ok_or(None)?, room, clock).map_err(Some)?.ok_or(None)
             })
         };
-        match is_one {
-            true => lanes.into_iter().try_for_each(carry_out)?,
+        let carried_out = match is_one {
+            true => lanes.into_iter().try_for_each(carry_out),
             // The CPU prepares or reads one submission while the GPU computes another.
-            false => lanes.into_par_iter().map(carry_out).collect::<Option<()>>()?,
+            false => lanes.into_par_iter().map(carry_out).collect(),
+        };
+        match carried_out {
+            Ok(()) => Ok(Some(made)),
+            Err(None) => Ok(None),
+            Err(Some(stopped)) => Err(stopped),
         }
-        Some(made)
     }
 
     /// Writes the kernels' input for some bands into a slot; `None` if mapping fails.
     fn load(&self, jobs: &[LandJob], bands: &[Band], slot: &Slot) -> Option<SubmissionSizes> {
         let mut blocks: Vec<VertexBlock> = Vec::new();
-        let mut table = vec![0; TABLE];
+        let mut table = [BandWords::zeroed(); BANDS];
         let mut lines = Vec::new();
         let count = |band: &Band| {
             VertexBlock::count(band.land) + if self.rough.is_some() { VertexBlock::count(band.cells) } else { 0 }
@@ -157,7 +168,7 @@ impl NoiseMaker {
         let widen = |most: &mut [usize; 2], area: Area| {
             *most = [most[0].max(area.width()), most[1].max(area.height())];
         };
-        for (band, words) in bands.iter().zip(table.chunks_exact_mut(BAND_WORDS)) {
+        for (band, words) in bands.iter().zip(&mut table) {
             let job = &jobs[band.job];
             let (heights, imprint) = (back, back + band.land.len());
             let out = back + band.planes[0] * band.land.len();
@@ -172,33 +183,27 @@ impl NoiseMaker {
                 blocks.extend(VertexBlock::of(band.cells, noise as u32, *rough));
             }
             let has_lines = !job.lines.is_empty();
-            let pad = |cells: i64, land: i64| if band.cells.is_empty() { 0 } else { (cells - land) as usize };
-            let numbers = [
-                heights,
-                band.land.width(),
-                band.land.height(),
-                pad(band.cells.x0, band.land.x0),
-                pad(band.cells.y0, band.land.y0),
-                band.cells.width(),
-                band.cells.height(),
-                out,
-                noise,
-                rubble[0],
-                rubble[1],
-                if has_lines { lines_at + lines.len() } else { 0 },
-                (band.land.y0 - job.land.y0) as usize,
-                imprint,
-            ];
-            for (word, number) in words.iter_mut().zip(numbers) {
-                *word = number as u32;
-            }
+            let [east, south] = [band.cells.x0 - band.land.x0, band.cells.y0 - band.land.y0];
+            *words = BandWords {
+                land: heights as u32,
+                width: band.land.width() as u32,
+                height: band.land.height() as u32,
+                pad: if band.cells.is_empty() { [0; 2] } else { [east as u32, south as u32] },
+                cells: [band.cells.width() as u32, band.cells.height() as u32],
+                out: out as u32,
+                noise: noise as u32,
+                rubble: rubble.map(|at| at as u32),
+                lines: if has_lines { (lines_at + lines.len()) as u32 } else { 0 },
+                row: (band.land.y0 - job.land.y0) as u32,
+                imprint: imprint as u32,
+            };
             lines.extend_from_slice(&job.lines);
             if has_lines {
                 widen(&mut carved, band.land);
             }
             widen(&mut cells, band.cells);
         }
-        slot.view(0, table.len())?.copy_from_slice(cast_slice(&table));
+        slot.view(0, TABLE)?.copy_from_slice(cast_slice(&table));
         if !lines.is_empty() {
             slot.view(lines_at, lines.len())?.copy_from_slice(cast_slice(&lines));
         }
@@ -253,9 +258,17 @@ impl NoiseMaker {
     }
 
     /// Waits for the submission of some bands, and copies its values to the planes of their jobs.
-    fn read(&self, bands: &[Band], submission: Submission, room: Vec<&mut [u32]>, clock: &Clock) -> Option<()> {
-        clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?;
-        clock.time(stage::GPU_READS, || {
+    fn read(
+        &self,
+        bands: &[Band],
+        submission: Submission,
+        room: Vec<&mut [u32]>,
+        clock: &Clock,
+    ) -> Result<Option<()>, Stopped> {
+        if clock.time(stage::GPU_WAITS, || submission.wait(&self.gpu))?.is_none() {
+            return Ok(None);
+        }
+        let read = clock.time(stage::GPU_READS, || {
             let bytes = submission.values()?;
             let mut values: &[u32] = cast_slice(&bytes);
             let mut planes = Vec::with_capacity(room.len());
@@ -270,8 +283,10 @@ impl NoiseMaker {
             room.into_iter().zip(planes).for_each(|(to, plane)| to.copy_from_slice(plane));
             Some(())
         })?;
-        self.slots.give_back(submission);
-        Some(())
+        if read.is_some() {
+            self.slots.give_back(submission);
+        }
+        Ok(read)
     }
 
     /// Measures the time of the kernels for the land of an area, or for a tile on it without lines, excluding upload
@@ -341,30 +356,30 @@ impl LandMaker for NoiseMaker {
         TOGETHER
     }
 
-    fn lands(&self, areas: &[Area], clock: &Clock) -> Vec<Land> {
+    fn lands(&self, areas: &[Area], clock: &Clock) -> Result<Vec<Land>, Stopped> {
         let jobs: Vec<LandJob> =
             areas.iter().map(|area| LandJob { land: *area, cells: None, lines: Vec::new() }).collect();
-        let made = if self.gpu.trouble().is_none() { self.make(&jobs, clock) } else { None };
+        let made = if self.gpu.trouble().is_none() { self.make(&jobs, clock)? } else { None };
         let heights = match made {
             Some(made) => made.into_iter().map(|made| made.heights).collect(),
-            None => {
-                clock.time(stage::RELIEF, || areas.iter().map(|area| self.relief.heights(*area)).collect::<Vec<_>>())
-            }
+            None => clock.time(stage::RELIEF, || {
+                areas.iter().map(|area| self.relief.heights(*area, clock)).collect::<Result<Vec<_>, _>>()
+            })??,
         };
-        heights.into_iter().map(|heights| Land { heights, water: None }).collect()
+        Ok(heights.into_iter().map(|heights| Land { heights, water: None }).collect())
     }
 
-    fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Vec<Tile> {
+    fn tiles(&self, world: &World, plans: Vec<TilePlan>, clock: &Clock) -> Result<Vec<Tile>, Stopped> {
         let job = |plan: &TilePlan| NoiseMaker::tile_job(plan.cells(world), plan.land, plan.lines());
         let jobs =
             if self.gpu.trouble().is_none() { plans.iter().map(job).collect::<Option<Vec<LandJob>>>() } else { None };
-        let made = jobs.and_then(|jobs| self.make(&jobs, clock));
+        let made = jobs.map(|jobs| self.make(&jobs, clock)).transpose()?.flatten();
         let Some(made) = made else { return self.tiles_of_lands(world, plans, clock) };
         let tile = |(plan, made): (TilePlan, Made)| {
             let (heights, surface) = made.into_parts(plan.lines());
             Tile::build(world, plan, Land { heights, water: None }, surface)
         };
-        plans.into_iter().zip(made).map(tile).collect()
+        Ok(plans.into_iter().zip(made).map(tile).collect())
     }
 
     fn trouble(&self) -> Option<String> {

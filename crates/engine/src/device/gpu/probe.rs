@@ -141,14 +141,14 @@ impl NoiseMaker {
     ) -> Result<(), String> {
         let jobs: Vec<LandJob> = tiles.iter().map(Compared::job).collect();
         let nothing = || self.gpu.trouble().unwrap_or_else(|| format!("{}: does not take tiles", self.gpu.name));
-        for (tile, made) in tiles.iter().zip(self.make(&jobs, &Clock::default()).ok_or_else(nothing)?) {
-            let mut heights = self.relief.heights(tile.land());
+        for (tile, made) in tiles.iter().zip(Clock::unstopped(|clock| self.make(&jobs, clock)).ok_or_else(nothing)?) {
+            let mut heights = Clock::unstopped(|clock| self.relief.heights(tile.land(), clock));
             let imprint = Imprint::new(&heights, None, &tile.lines);
             if let Some(imprint) = &imprint {
                 imprint.shape(&mut heights, None);
             }
             let land = Land { heights, water: None };
-            let surface = TileSurface::new(&self.rule, &land, imprint, tile.cells, &Clock::default());
+            let surface = Clock::unstopped(|clock| TileSurface::new(&self.rule, &land, imprint, tile.cells, clock));
             compare(made.into_parts(&tile.lines), (land.heights, surface))?;
         }
         Ok(())

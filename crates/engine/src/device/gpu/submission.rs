@@ -13,6 +13,7 @@ use wgpu::{
 };
 
 use super::adapter::Gpu;
+use super::bands::KernelJob;
 
 /// The buffers of one submission.
 #[derive(Debug)]
@@ -64,10 +65,10 @@ impl Slots {
             let contents = cast_slice(words);
             gpu.device.create_buffer_init(&BufferInitDescriptor { label: Some("the same"), contents, usage })
         };
+        let job = KernelJob { zero: 0, block_words: block_words as u32, rule: rule as u32 };
         Slots {
             words: bytes.min(gpu.storage_bytes / 2) as usize / 4,
-            // The first word is zero, which no compiler can know: see `shaders/exact.wgsl`.
-            job: filled(&[0, block_words as u32, rule as u32], BufferUsages::UNIFORM),
+            job: filled(cast_slice(&[job]), BufferUsages::UNIFORM),
             same: filled(same, BufferUsages::STORAGE),
             free: Mutex::default(),
         }

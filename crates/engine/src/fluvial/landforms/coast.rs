@@ -8,6 +8,7 @@ use crate::geometry::LineSegment;
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::memory::heap_bytes;
+use crate::stop::Stopped;
 
 /// Vertices a side of a cell.
 pub(super) const CELL: i64 = 512;
@@ -37,13 +38,13 @@ heap_bytes!(Coast: line);
 
 impl Coast {
     /// Finds all pieces of a cell.
-    pub(super) fn of_cell(fluvial: &Fluvial, cell: (i64, i64)) -> Vec<Coast> {
+    pub(super) fn of_cell(fluvial: &Fluvial, cell: (i64, i64), clock: &Clock) -> Result<Vec<Coast>, Stopped> {
         let area = Area::new(cell.0 * CELL, cell.1 * CELL, CELL as usize + 1, CELL as usize + 1);
-        if !fluvial.may_have_coast(area) {
-            return Vec::new();
+        if !fluvial.may_have_coast(area, clock)? {
+            return Ok(Vec::new());
         }
-        let land = fluvial.land(area, &Clock::default());
-        let Some(water) = land.water else { return Vec::new() };
+        let land = fluvial.land(area, clock)?;
+        let Some(water) = land.water else { return Ok(Vec::new()) };
         let sea_m = fluvial.fields().sea_level_m() as f32;
         let mut values = Grid::filled(area, 0.0);
         for y in area.y0..area.y1 {
@@ -56,7 +57,7 @@ impl Coast {
             }
         }
         let lines = contours(&values).into_iter().map(|contour| contour.points);
-        (0..).zip(lines).map(|(number, line)| Coast { id: CoastId { cell, number }, line }).collect()
+        Ok((0..).zip(lines).map(|(number, line)| Coast { id: CoastId { cell, number }, line }).collect())
     }
 
     /// Tells whether a part of the coast lies in the rectangle that the outer vertices of an area span.

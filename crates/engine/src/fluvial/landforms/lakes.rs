@@ -12,6 +12,7 @@ use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::{LakeId, LineId};
 use crate::memory::heap_bytes;
+use crate::stop::Stopped;
 
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,10 +41,11 @@ const MOST_LOOKS: u32 = 4;
 
 impl Lake {
     /// Finds the lake of an id; `None` if no vertex lies in it.
-    pub(crate) fn new(fluvial: &Fluvial, id: LakeId) -> Option<Lake> {
+    pub(crate) fn new(fluvial: &Fluvial, id: LakeId, clock: &Clock) -> Result<Option<Lake>, Stopped> {
         let channels = fluvial.lake_channels(id);
         let knots = || channels.iter().flat_map(|channel| &channel.knots).filter(|knot| knot.pool_m > NO_LAKE);
-        let deepest = knots().min_by(|a, b| a.level_m.total_cmp(&b.level_m))?;
+        let deepest = knots().min_by(|a, b| a.level_m.total_cmp(&b.level_m));
+        let Some(deepest) = deepest else { return Ok(None) };
         let (middle, level_m) = (fluvial.in_world(deepest.at), fluvial.lifted_m(deepest.pool_m));
         let low = knots().fold(deepest.at, |low, Knot { at, .. }| Point { x: low.x.min(at.x), y: low.y.min(at.y) });
         let high = knots().fold(deepest.at, |high, Knot { at, .. }| Point { x: high.x.max(at.x), y: high.y.max(at.y) });
@@ -53,14 +55,14 @@ impl Lake {
         let mut seen = None;
         for pad in looks {
             let area = fluvial.area_in_world(padded([low, high], pad));
-            let depths = depths(fluvial, area, middle)?;
+            let Some(depths) = depths(fluvial, area, middle, clock)? else { return Ok(None) };
             let ends = border(area).all(|(x, y)| depths.at(x, y) < 0.0);
             seen = Some(depths);
             if ends {
                 break;
             }
         }
-        let mut depths = seen?;
+        let mut depths = seen.expect("there is a look");
         // If even the largest area does not hold the whole lake, its border cuts the lake off, so that the shore is
         // closed.
         for (x, y) in border(depths.area()) {
@@ -68,12 +70,12 @@ impl Lake {
         }
         let mut rings: Vec<Vec<[f64; 2]>> = contours(&depths).into_iter().map(|contour| contour.points).collect();
         // The shore runs in the opposite direction to those of islands.
-        let shore = rings.iter().position(|ring| twice_area(ring) > 0.0)?;
+        let Some(shore) = rings.iter().position(|ring| twice_area(ring) > 0.0) else { return Ok(None) };
         rings.swap(0, shore);
         rings[1..].sort_by(|a, b| a[0].partial_cmp(&b[0]).expect("places are numbers"));
         let spacing_m = fluvial.node_m();
         let area_m2 = rings.iter().fold(0.0, |sum, ring| sum + twice_area(ring) / 2.0) * spacing_m * spacing_m;
-        Some(Lake { id, rings, level_m, area_m2, outlet: fluvial.outlet(id) })
+        Ok(Some(Lake { id, rings, level_m, area_m2, outlet: fluvial.outlet(id) }))
     }
 
     /// Tells whether a part of the lake lies in the rectangle that the outer vertices of an area span.
@@ -103,15 +105,16 @@ fn border(area: Area) -> impl Iterator<Item = (i64, i64)> {
 
 /// Returns the depth in metres of one lake at each vertex of an area, negative outside of it. The lake is the lake
 /// vertex nearest to a point, and all that is connected to it. `None` if there is no lake.
-fn depths(fluvial: &Fluvial, area: Area, near: Point) -> Option<Grid<f32>> {
-    let land = fluvial.land(area, &Clock::default());
-    let water = land.water?;
+fn depths(fluvial: &Fluvial, area: Area, near: Point, clock: &Clock) -> Result<Option<Grid<f32>>, Stopped> {
+    let land = fluvial.land(area, clock)?;
+    let Some(water) = land.water else { return Ok(None) };
     let is_lake = |(x, y): (i64, i64)| water.kind.at(x, y) == WaterKind::Lake;
     let distance = |(x, y): (i64, i64)| (fluvial.at_node(x, y).distance(near), x, y);
     let first = area
         .vertices()
         .filter(|at| is_lake(*at))
-        .min_by(|a, b| distance(*a).partial_cmp(&distance(*b)).expect("distances are numbers"))?;
+        .min_by(|a, b| distance(*a).partial_cmp(&distance(*b)).expect("distances are numbers"));
+    let Some(first) = first else { return Ok(None) };
     let surface_m = land.heights.at(first.0, first.1) + water.depth_m.at(first.0, first.1);
     let mut depths = Grid::filled(area, -LEAST_M);
     for (depth_m, height_m) in depths.values_mut().iter_mut().zip(land.heights.values()) {
@@ -127,5 +130,5 @@ fn depths(fluvial: &Fluvial, area: Area, near: Point) -> Option<Grid<f32>> {
         let around = [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)];
         open.extend(around.into_iter().filter(|(x, y)| area.has(*x, *y) && is_lake((*x, *y))));
     }
-    Some(depths)
+    Ok(Some(depths))
 }

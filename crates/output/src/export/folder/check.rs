@@ -9,12 +9,13 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::area::TileId;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::folder::begun;
 use crate::export::folder::manifest::{self, Manifest};
 use crate::file::{FileRecord, path_in};
 use crate::registry::{self, FileRow, Registry, TileRow};
-use crate::stop;
+use crate::stop::Stopped;
 use crate::tile::{Tile, TilePart};
 use crate::walker::Walked;
 use crate::watch::Watch;
@@ -89,9 +90,9 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
     let files = manifest.all_files(folder);
     checked.files = files.len() as u64;
     checked.bytes = files.iter().map(|record| record.bytes).sum();
-    checked.faults.extend(check_files(folder, &files, watch));
+    checked.faults.extend(check_files(folder, &files, watch)?);
     let is_sound = |path: &str, checked: &Checked| checked.faults.iter().all(|fault| fault.path != path);
-    check_seams(folder, &manifest, &mut checked);
+    check_seams(folder, &manifest, &mut checked, &watch.clock)?;
     if is_sound(registry::FILE_NAME, &checked) {
         check_registry(folder, &manifest, rebake, watch, &mut checked)?;
     }
@@ -100,14 +101,17 @@ pub fn check(folder: &Path, rebake: Rebake, watch: &Watch) -> Result<Checked, Er
 }
 
 /// Returns the faults of the files of a bake.
-pub(crate) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) -> Vec<BakeFault> {
+///
+/// # Errors
+/// When the work is stopped.
+pub(crate) fn check_files(folder: &Path, files: &[FileRecord], watch: &Watch) -> Result<Vec<BakeFault>, Stopped> {
     watch.begin("reading files", Some((files.len() as u64, "files")));
     let fault = |record: &FileRecord| {
-        let message = record.fault(folder);
+        let message = record.fault(folder, &watch.clock)?;
         watch.add(1);
-        message.map(|message| BakeFault { path: record.path.clone(), message })
+        Ok(message.map(|message| BakeFault { path: record.path.clone(), message }))
     };
-    files.par_iter().filter_map(fault).collect()
+    files.par_iter().filter_map(|record| fault(record).transpose()).collect()
 }
 
 /// Returns the manifest of the bake in a folder. If the file's hash is wrong, the manifest is put together from the
@@ -137,18 +141,19 @@ pub(crate) fn told(folder: &Path) -> Result<Manifest, Error> {
 }
 
 /// Compares the edges that files of neighbouring tiles share. Reads PNG, and bare 16-bit heights.
-fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
+fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked, clock: &Clock) -> Result<(), Stopped> {
     let faulty: BTreeSet<&str> = checked.faults.iter().map(|fault| &fault.path[..]).collect();
     // Neighbours share an edge only if their rasters hold all vertices of a tile, those on its edges included.
     let side = manifest.region.tile_cells as usize + 1;
     let edges = |record: &FileRecord| {
         let tile = record.tile.filter(|_| record.width == Some(side as u64) && record.height == record.width)?;
         let path = path_in(folder, &record.path).filter(|_| !faulty.contains(&record.path[..]))?;
-        stop::check();
+        clock.check().ok()?;
         Some(((stem(&record.path), tile.y, tile.x), (record.path.clone(), Edges::read(&path, side)?)))
     };
     let edges: BTreeMap<(String, i64, i64), (String, Edges)> =
         manifest.files.par_iter().filter_map(edges).collect::<Vec<_>>().into_iter().collect();
+    clock.check()?;
     let mut faults = Vec::new();
     for ((stem, y, x), (path, own)) in &edges {
         let neighbour = |x: i64, y: i64| edges.get(&(stem.clone(), y, x));
@@ -171,6 +176,7 @@ fn check_seams(folder: &Path, manifest: &Manifest, checked: &mut Checked) {
         }
     }
     checked.faults.extend(faults);
+    Ok(())
 }
 
 /// Returns the path without the tile's `x0_y0`, which is the same for all tiles of an export.
@@ -313,8 +319,8 @@ fn bake_again(
     watch.begin("baking tiles again", Some((count as u64, "tiles")));
     let differs = |row: &&TileRow| {
         let made = match &walked {
-            None => Some(Tile::timed(&world, row.tile, &watch.clock)),
-            Some(walked) => walked.tile(row.tile, &watch.clock),
+            None => Some(Tile::timed(&world, row.tile, &watch.clock)?),
+            Some(walked) => walked.tile(row.tile, &watch.clock)?,
         };
         let made = made.map(|tile| tile.digest());
         watch.add(1);
@@ -323,10 +329,10 @@ fn bake_again(
             .filter(|part| row.digest.and_then(|digest| digest.of(*part)) != made.and_then(|made| made.of(*part)))
             .map(TilePart::name)
             .collect();
-        (!other.is_empty()).then(|| (row.tile, other.join(", ")))
+        Ok((!other.is_empty()).then(|| (row.tile, other.join(", "))))
     };
-    let faults: Vec<(TileId, String)> = chosen.par_iter().filter_map(differs).collect();
-    for (TileId { x, y }, parts) in faults {
+    let faults = chosen.par_iter().filter_map(|row| differs(row).transpose());
+    for (TileId { x, y }, parts) in faults.collect::<Result<Vec<(TileId, String)>, Stopped>>()? {
         checked.add(NAME, format!("has another tile {x}, {y} than is baked now: {parts}"));
     }
     checked.tiles = count as u64;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::folder::lock::Lock;
 use crate::export::folder::manifest::{self, Manifest};
@@ -12,6 +13,7 @@ use crate::export::folder::moving::remove_empty_above;
 use crate::export::folder::runs;
 use crate::export::folder::{WORK, size};
 use crate::file::{remove, remove_folder, remove_unfinished};
+use crate::stop::Stopped;
 
 /// The result of removing a bake.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,8 +30,9 @@ pub struct Cleaned {
 /// bake that was cut off, and folders that become empty. With `dry` nothing is removed, only counted.
 ///
 /// # Errors
-/// When there is no bake, when one is writing to the folder, or when a file cannot be removed.
-pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
+/// When there is no bake, when one is writing to the folder, or when a file cannot be removed. When `clock` stops the
+/// work; then nothing is removed.
+pub fn clean(path: &Path, dry: bool, clock: &Clock) -> Result<Cleaned, Error> {
     let work = path.join(WORK);
     let manifest = match Manifest::read(path) {
         Err(error) if !work.is_dir() => return Err(error),
@@ -39,7 +42,8 @@ pub fn clean(path: &Path, dry: bool) -> Result<Cleaned, Error> {
     let lock = if dry { None } else { Some(Lock::take(path)?) };
     let mut cleaned = Cleaned::default();
     let files = manifest.map(|manifest| manifest.all_files(path)).unwrap_or_default();
-    let faults: Vec<bool> = files.par_iter().map(|record| record.fault(path).is_some()).collect();
+    let faults = files.par_iter().map(|record| Ok(record.fault(path, clock)?.is_some()));
+    let faults = faults.collect::<Result<Vec<bool>, Stopped>>()?;
     // The manifest goes first: if the removal is cut off, the rest does not look like a bake.
     let of_bake = [manifest::PATH.to_owned(), runs::PATH.to_owned()].into_iter();
     let ours = files.iter().zip(&faults).filter(|(_, fault)| !**fault).map(|(record, _)| record.path.clone());

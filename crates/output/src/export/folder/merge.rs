@@ -143,7 +143,10 @@ impl Shards {
             self.parts.iter().flat_map(|part| part.manifest.files.iter().map(move |file| (part, file))).collect();
         watch.begin("reading shards", Some((files.len() as u64, "files")));
         let fault = |(part, file): &(&ShardFolder, &FileRecord)| {
-            let fault = file.fault(&part.folder);
+            let fault = match file.fault(&part.folder, &watch.clock) {
+                Ok(fault) => fault,
+                Err(stopped) => return Some(stopped.into()),
+            };
             watch.add(1);
             fault.map(|fault| part.refused(&file.path, format!("{fault}: {} is damaged", part.name()), AGAIN))
         };

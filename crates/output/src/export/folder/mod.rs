@@ -48,6 +48,7 @@ use std::sync::{Mutex, OnceLock};
 use rayon::prelude::*;
 
 use crate::bake::{FileRecord, Journal};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::Plan;
 use crate::export::folder::check::check_files;
@@ -192,7 +193,7 @@ impl Output {
         if let Some(known) = self.changed.get() {
             return Ok(known);
         }
-        let faults = check_files(&self.path, &old.all_files(&self.path), watch);
+        let faults = check_files(&self.path, &old.all_files(&self.path), watch)?;
         let is_needed = |path: &str| self.mode == Mode::Add || path == registry::FILE_NAME;
         if let Some(fault) = faults.iter().find(|fault| is_needed(&fault.path)) {
             return Err(self.faulty(&fault.path, fault.message.clone()));
@@ -262,11 +263,11 @@ impl Output {
     }
 
     /// Moves the files of the finished bake to their places, and removes the rest of the old bake.
-    pub(super) fn commit(&self, new: &Manifest) -> Result<(), Error> {
-        self.check_borne_out(new)?;
+    pub(super) fn commit(&self, new: &Manifest, clock: &Clock) -> Result<(), Error> {
+        self.check_borne_out(new, clock)?;
         write_whole(self.files().join(manifest::PATH), new.to_json().as_bytes())?;
         sync_folder(&self.files())?;
-        let now = move_files(&self.path)?;
+        let now = move_files(&self.path, clock)?;
         let mut moved = locked(&self.moved);
         let kept = [std::mem::take(&mut moved.kept), now.kept].concat();
         *moved = Moved { kept, ..now };
@@ -275,14 +276,15 @@ impl Output {
 
     /// Checks that a repair has made the bake that was there. A changed manifest may name another world, so it is
     /// trusted only if the files in the folder agree with it.
-    fn check_borne_out(&self, new: &Manifest) -> Result<(), Error> {
+    fn check_borne_out(&self, new: &Manifest, clock: &Clock) -> Result<(), Error> {
         let Some(old) = self.old().filter(|old| self.mode == Mode::Repair && !old.is_sealed()) else { return Ok(()) };
         let is_known = |record: &FileRecord| old.files.iter().any(|known| known.is_same_file(record));
         // If the manifest is damaged, the list comes from the registry, which has no row for its own file.
-        let is_borne_out = |record: &&FileRecord| is_known(record) || record.fault(&self.path).is_none();
-        if new.files.par_iter().all(|record| is_borne_out(&record)) {
+        let others: Vec<FileRecord> = new.files.iter().filter(|record| !is_known(record)).cloned().collect();
+        if others.par_iter().all(|record| record.fault(&self.path, clock) == Ok(None)) {
             return Ok(());
         }
+        clock.check()?;
         remove_folder(&self.path.join(WORK))?;
         Err(Error::Faulty {
             path: self.path.join(manifest::PATH),

@@ -8,12 +8,14 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::bake::FileRecord;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::folder::manifest::{self, Manifest};
 use crate::export::folder::runs;
 use crate::export::folder::{FILES, OLD, WORK};
 use crate::export::formats::web;
 use crate::file::{make_folder, path_in, remove, remove_folder, rename, sync_folder, write_whole};
+use crate::stop::Stopped;
 
 /// The outcome of moving a bake's files.
 #[derive(Debug, Default)]
@@ -30,12 +32,13 @@ pub(super) struct Moved {
 /// files that stood in the way.
 pub(super) fn end_moving(path: &Path) -> Result<Vec<PathBuf>, Error> {
     let is_whole = path.join(WORK).join(FILES).join(manifest::PATH).is_file();
-    if is_whole { move_files(path).map(|moved| moved.kept) } else { Ok(Vec::new()) }
+    if is_whole { move_files(path, &Clock::default()).map(|moved| moved.kept) } else { Ok(Vec::new()) }
 }
 
 /// Moves the files of a finished bake to their places. A file in the way gets another name, unless it is an unchanged
 /// file of the old bake or has the bytes of the new file.
-pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
+pub(super) fn move_files(path: &Path, clock: &Clock) -> Result<Moved, Error> {
+    let is_intact = |record: &FileRecord| record.fault(path, clock).map(|fault| fault.is_none());
     let work = path.join(WORK);
     let (files, old) = (work.join(FILES), work.join(OLD));
     let new = Manifest::read(&files)?;
@@ -48,7 +51,7 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     let mut made: Vec<FileRecord> = new.all_files(&files);
     made.sort_by_key(|record| web::is_listing(&record.path));
     if !old.exists() {
-        moved.kept = set_aside(path, &made, &known)?;
+        moved.kept = set_aside(path, &made, &known, clock)?;
         // During the move the folder is no whole bake. Without its manifest it does not look like one.
         match rename(&path.join(manifest::PATH), &old) {
             Err(Error::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
@@ -66,9 +69,11 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
     let there = new.all_files(path);
     let new_paths: BTreeSet<&str> = made.iter().chain(&there).map(|record| &record.path[..]).collect();
     let stale = known.values().filter(|record| !new_paths.contains(&record.path[..]));
-    for record in stale.filter(|record| record.fault(path).is_none()) {
-        remove(&path.join(&record.path))?;
-        remove_empty_above(path, &record.path);
+    for record in stale {
+        if is_intact(record)? {
+            remove(&path.join(&record.path))?;
+            remove_empty_above(path, &record.path);
+        }
     }
     let mut folders = vec![path.to_owned()];
     for record in &made {
@@ -77,8 +82,9 @@ pub(super) fn move_files(path: &Path) -> Result<Moved, Error> {
         if !from.exists() {
             continue;
         }
-        let is_same = |known: &FileRecord| known.blake3 == record.blake3 && known.fault(path).is_none();
-        if known.get(&record.path[..]).is_some_and(|known| is_same(known)) {
+        if let Some(known) = known.get(&record.path[..]).filter(|known| known.blake3 == record.blake3)
+            && is_intact(known)?
+        {
             moved.same += 1;
             continue;
         }
@@ -113,21 +119,27 @@ fn place(folder: &Path, record: &FileRecord) -> Result<PathBuf, Error> {
 
 /// Renames the files that stand in the way of those that were made, and that no bake has written as they are: they
 /// belong to somebody. Returns their new paths.
-fn set_aside(folder: &Path, made: &[FileRecord], known: &BTreeMap<&str, &FileRecord>) -> Result<Vec<PathBuf>, Error> {
-    let stranger = |record: &&FileRecord| {
-        let is_known = || known.get(&record.path[..]).is_some_and(|known| known.fault(folder).is_none());
-        let is_same = || record.fault(folder).is_none();
-        folder.join(&record.path).symlink_metadata().is_ok() && !is_known() && !is_same()
+fn set_aside(
+    folder: &Path,
+    made: &[FileRecord],
+    known: &BTreeMap<&str, &FileRecord>,
+    clock: &Clock,
+) -> Result<Vec<PathBuf>, Error> {
+    let is_stranger = |record: &FileRecord| {
+        let is_intact = |record: &FileRecord| record.fault(folder, clock).map(|fault| fault.is_none());
+        let is_known = || known.get(&record.path[..]).map_or(Ok(false), |known| is_intact(known));
+        let is_there = folder.join(&record.path).symlink_metadata().is_ok();
+        Ok(is_there && !is_known()? && !is_intact(record)?)
     };
     // All strangers are found before the first is renamed.
-    let strangers: Vec<&FileRecord> = made.par_iter().filter(stranger).collect();
+    let strangers = made.par_iter().map(is_stranger).collect::<Result<Vec<bool>, Stopped>>()?;
     let rename = |record: &FileRecord| {
         let numbered = (1..).map(|number| folder.join(format!("{}.kept-{number}", record.path)));
         let to = numbered.into_iter().find(|to| to.symlink_metadata().is_err()).expect("some number is free");
         rename(&place(folder, record)?, &to)?;
         Ok(to)
     };
-    strangers.into_iter().map(rename).collect()
+    made.iter().zip(strangers).filter(|(_, is_stranger)| *is_stranger).map(|(record, _)| rename(record)).collect()
 }
 
 /// Removes the folders of a path that are empty.

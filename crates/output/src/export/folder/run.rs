@@ -18,7 +18,6 @@ use crate::export::plan::Plan;
 use crate::export::{Export, Rebake};
 use crate::file::{link, path_in, sync_folder};
 use crate::registry::{self, Registry, TileRow, TileState};
-use crate::stop;
 use crate::watch::Watch;
 
 impl Plan<'_> {
@@ -28,8 +27,8 @@ impl Plan<'_> {
     /// last.
     ///
     /// # Errors
-    /// When a file cannot be written, when existing files are not what this program makes, or when all work was [told
-    /// to stop](stop::request). The earlier contents of the folder are then unchanged, and the bake can be resumed.
+    /// When a file cannot be written, when existing files are not what this program makes, or when the work was
+    /// stopped. The earlier contents of the folder are then unchanged, and the bake can be resumed.
     /// When a format cannot hold its contents; then the unfinished bake is discarded.
     pub fn run(&self, output: &Output, watch: &Watch) -> Result<Manifest, Error> {
         if output.mode() == Mode::Repair
@@ -40,18 +39,19 @@ impl Plan<'_> {
             return Ok(old.clone());
         }
         let mut journal = None;
-        let result = stop::catch(|| {
+        let mut run = || {
             let log = output.begin_log(rayon::current_num_threads(), self.maker().name())?;
             let journal = journal.insert(output.begin(self)?);
-            let result = stop::catch(|| self.bake_into(output, journal, watch));
+            let result = self.bake_into(output, journal, watch);
             let [made, known] = journal.counts();
             // If the disk is full, the log's last entry may be missing.
             let logged = log.end(&result.as_ref().map_or_else(ToString::to_string, |_| "whole".into()), made, known);
             let manifest = result?;
             logged?;
-            output.commit(&manifest)?;
+            output.commit(&manifest, &watch.clock)?;
             Ok(manifest)
-        });
+        };
+        let result = run();
         if matches!(result, Err(Error::Export { .. })) {
             // A format cannot hold its contents. A further try would fail as well.
             drop(journal);
@@ -90,10 +90,10 @@ impl Plan<'_> {
         // End all files, and bring them to the disk together.
         watch.begin("finishing files", None);
         let finish = |sink: &(dyn Sink + '_)| {
-            if let Some(files) = journal.ended(sink.name())? {
+            if let Some(files) = journal.ended(sink.name(), &watch.clock)? {
                 return Ok(files);
             }
-            let files = watch.clock.time(&format!("finish {}", sink.name()), || sink.finish(watch))?;
+            let files = watch.clock.time(&format!("finish {}", sink.name()), || sink.finish(watch))??;
             journal.end(sink.name(), &files)?;
             Ok(files)
         };
@@ -111,7 +111,7 @@ impl Plan<'_> {
         records.extend(written);
         records.sort_by(|a, b| a.path.cmp(&b.path));
         let registry = || registry_file::write(self, journal, &records, out);
-        let registry = watch.clock.time("finish registry.sqlite", registry)?;
+        let registry = watch.clock.time("finish registry.sqlite", registry)??;
         records.push(registry);
         for folder in self.folders() {
             sync_folder(&out.join(folder))?;

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::area::Area;
+use crate::device::LandMaker;
 use crate::error::Error;
 use crate::export::formats::map_picture::{MapPicture, Texts};
 use crate::export::formats::pdf::Pdf;
@@ -14,7 +16,6 @@ use crate::map::plotter::Lettering;
 use crate::map::scale::Scale;
 use crate::map::sheet::{Captions, Sheet, thousands};
 use crate::map::style::Style;
-use crate::preset::Preset;
 use crate::watch::Watch;
 use crate::world::World;
 
@@ -78,24 +79,27 @@ impl AtlasFiles {
         told(threads, one.saturating_add(other), land.saturating_add(others).min(Chart::REMEMBERED as u64))
     }
 
-    /// Draws and writes all: the index, the sheets and the gazetteer. Each sheet has `captions`, with its own title and
-    /// neighbours; the files say `texts` of themselves. `watch` counts the sheets.
+    /// Draws and writes all of a [world](Chart::world), whose land `maker` makes: the index, the sheets and the
+    /// gazetteer. Each sheet has `captions`, with its own title and neighbours; the files say `texts` of themselves.
+    /// `watch` counts the sheets.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range, or the disk refuses.
+    /// When `maker` fails, or the disk refuses.
     pub fn write(
         &self,
-        preset: &Preset,
-        seed: Option<u64>,
+        world: &Arc<World>,
+        maker: impl Fn(&World) -> Result<Arc<dyn LandMaker>, Error>,
         style: &Style,
         captions: &Captions,
         texts: &Texts,
         watch: &Watch,
     ) -> Result<WrittenAtlas, Error> {
-        let world = Chart::world(preset, seed)?;
+        let chart_of = |scale| Chart::made_by(&maker, world, style.clone(), scale, &watch.clock);
         let layout = &self.layout;
         let (files, missing) = (Vec::new(), BTreeSet::new());
-        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files, missing };
+        // The caller's watch counts whole sheets, so the pictures get their own.
+        let of_pictures = Watch::stopped_by(watch.clock.stop());
+        let mut book = Book { atlas: self, texts, pdf: None, pages: 0, files, missing, watch: of_pictures };
         let (scale, map) = layout.index();
         let index = book.path(INDEX);
         // Prepared before anything is drawn, so that a folder that cannot be written to is an error at once.
@@ -104,11 +108,11 @@ impl AtlasFiles {
             book.pdf = Some(Pdf::create(book.path(DOCUMENT))?);
         }
         let mut gazetteer = Gazetteer::default();
-        watch.begin("drawing the index", None);
-        let chart = Chart::of_world(&world, style.clone(), scale);
+        let chart = chart_of(scale)?;
         let subtitle = format!("index of sheets, 1 : {}", thousands(scale.denominator()));
         let captions_of_index = Captions { subtitle, overlay: None, ..captions.clone() };
-        let picture = Sheet::picture(&chart, map, &captions.furniture);
+        let picture = Sheet::picture(&chart, map, &captions.furniture, watch)?;
+        watch.begin("drawing the index", None);
         // All sheets have the same size, whatever their legends explain.
         let page = Sheet::area(map, (style, scale), &captions_of_index);
         let mut sheet = Sheet::on_page(&picture, &captions_of_index, page);
@@ -117,7 +121,7 @@ impl AtlasFiles {
         book.add(&sheet, scale, INDEX, "Index", links)?;
         drop(picture);
         watch.begin("drawing sheets", Some((layout.sheets().count() as u64, "sheets")));
-        let chart = Chart::of_world(&world, style.clone(), layout.scale());
+        let chart = chart_of(layout.scale())?;
         for place in layout.sheets() {
             let name = Layout::name(place);
             let captions = Captions {
@@ -125,7 +129,7 @@ impl AtlasFiles {
                 neighbours: layout.neighbours(place),
                 ..captions.clone()
             };
-            let picture = Sheet::picture(&chart, layout.map(place), &captions.furniture);
+            let picture = Sheet::picture(&chart, layout.map(place), &captions.furniture, &book.watch)?;
             gazetteer.add(place, &picture);
             let page = Sheet::area(picture.area(), (style, layout.scale()), &captions);
             let sheet = Sheet::on_page(&picture, &captions, page);
@@ -162,6 +166,7 @@ struct Book<'a> {
     pages: usize,
     files: Vec<PathBuf>,
     missing: BTreeSet<char>,
+    watch: Watch,
 }
 
 impl Book<'_> {
@@ -184,13 +189,12 @@ impl Book<'_> {
             let page = sheet.page();
             // The number of the gazetteer's sheets is not known earlier, so their files are checked here.
             let file = MapPicture::new(&path, (page.width(), page.height()), self.atlas.overwrite)?;
-            // The caller's watch counts whole sheets, so the picture gets its own.
-            file.write(sheet, scale, self.texts, &Watch::default())?;
+            file.write(sheet, scale, self.texts, &self.watch)?;
             self.files.push(path);
         }
         if let Some(pdf) = &mut self.pdf {
             let mut page = pdf.page(self.pages, sheet.page(), scale, Lettering::Text);
-            sheet.plot(&mut page, &Watch::default())?;
+            sheet.plot(&mut page, &self.watch)?;
             for (part, target) in links {
                 page.link(part, target);
             }

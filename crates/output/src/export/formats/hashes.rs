@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request, folder};
 use crate::export::formats::locked;
@@ -70,11 +71,11 @@ impl Sink for TileHashes {
         PATH
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, _place: Place, _clock: &Clock) -> Result<Kept, Error> {
         Ok(Kept { piece: tile.digest().to_string().into_bytes(), files: Vec::new() })
     }
 
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, row: u64, pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces).filter(|(_, piece)| !piece.is_empty()) {

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request};
 use crate::export::plan::digits::push_decimal;
@@ -125,14 +126,14 @@ impl Sink for InstanceSink<'_> {
         "instances/*.csv"
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, place: Place, _clock: &Clock) -> Result<Kept, Error> {
         let path = path(&self.region, place, self.names);
         let finished = write_whole(self.out.join(&path), self.text(tile).as_bytes())?;
         let record = FileRecord { tile: Some(tile.id()), ..FileRecord::new(path, Instances.name(), finished) };
         Ok(Kept { piece: Vec::new(), files: vec![record] })
     }
 
-    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, _pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         Ok(())
     }
 

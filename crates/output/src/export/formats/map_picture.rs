@@ -19,7 +19,6 @@ use crate::map::Chart;
 use crate::map::plotter::Lettering;
 use crate::map::scale::Scale;
 use crate::map::sheet::Sheet;
-use crate::stop;
 use crate::watch::Watch;
 use crate::world::World;
 
@@ -263,17 +262,17 @@ impl MapPicture {
         } else {
             let area = sheet.page();
             let mut pixels = Vec::with_capacity(area.len() * 3);
-            sheet.strips(|strip| {
+            sheet.strips(&watch.clock, |strip| {
                 pixels.extend_from_slice(strip);
                 count(strip, area, watch);
                 Ok::<_, Error>(())
             })?;
             let (width, height) = (area.width() as u32, area.height() as u32);
-            let encoded = stop::wait_for(move || {
+            let encoded = watch.clock.stop().wait_for(move || {
                 let mut bytes = Vec::new();
                 let encoder = image_webp::WebPEncoder::new(&mut bytes);
                 encoder.encode(&pixels, width, height, image_webp::ColorType::Rgb8).map(|()| bytes)
-            });
+            })?;
             let bytes = encoded.map_err(|error| Error::io(&self.path)(std::io::Error::other(error)))?;
             file.write_all(&bytes).map_err(Error::io(&self.path))?;
         }
@@ -323,11 +322,11 @@ impl MapPicture {
         }
         let mut writer = encoder.write_header().map_err(refuse)?;
         let mut stream = writer.stream_writer().map_err(refuse)?;
-        sheet.strips(|strip| {
+        sheet.strips(&watch.clock, |strip| {
             count(strip, area, watch);
             // A strip of a wide map takes long to compress.
             strip.chunks(PACKED_AT_ONCE).try_for_each(|part| {
-                stop::check();
+                watch.clock.check()?;
                 stream.write_all(part).map_err(Error::io(&self.path))
             })
         })?;

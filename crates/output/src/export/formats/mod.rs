@@ -35,7 +35,6 @@ use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard};
 
 use crate::error::{Error, nearest};
-use crate::stop;
 use crate::world::World;
 use format::Format;
 
@@ -146,14 +145,9 @@ impl FromStr for Export {
     }
 }
 
-/// Locks state of a sink that the threads of a bake share. No thread panics while it holds the lock: it returns errors.
-/// But if a thread is stopped while it holds the lock, the lock is poisoned, and the next thread stops too.
+/// Locks state of a sink that the threads of a bake share.
 pub(crate) fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    let held = shared.lock();
-    if held.is_err() {
-        stop::check();
-    }
-    held.expect("no thread panics while it writes")
+    shared.lock().expect("no thread panics while it writes")
 }
 
 /// Returns the message and the hint for an unknown name; `kind` is the kind of thing that was named.

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::area::{Area, Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request, folder};
 use crate::export::formats::locked;
@@ -81,7 +82,7 @@ pub(crate) fn is_listing(path: &str) -> bool {
 /// Returns the files of map tiles that a list in a bake's folder names; none if the list has changed since it was
 /// written.
 pub(crate) fn listed(bake: &Path, listing: &FileRecord) -> Vec<FileRecord> {
-    if listing.fault(bake).is_some() {
+    if Clock::unstopped(|clock| listing.fault(bake, clock)).is_some() {
         return Vec::new();
     }
     let text = fs::read_to_string(bake.join(&listing.path)).unwrap_or_default();
@@ -186,14 +187,14 @@ impl Sink for WebSink<'_> {
         self.form.name
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, _place: Place, clock: &Clock) -> Result<Kept, Error> {
         let (world, area) = (self.world, tile.area());
         if world.preset().places.is_none() {
             return Ok(Kept::default());
         }
         let mut found = Vec::new();
         let mut add = |id: String, named: NamedFeature| found.push((id, named));
-        for site in SITES.find(world, &area) {
+        for site in SITES.find(world, &area, clock)? {
             let (kind, rank) = match site.class {
                 SiteClass::Town => ("town", 1),
                 SiteClass::Village => ("village", 3),
@@ -202,7 +203,7 @@ impl Sink for WebSink<'_> {
             let (weight, kind) = (f64::from(site.population), kind.into());
             add(format!("s:{}", site.id), NamedFeature { name: site.name, kind, at: site.at, rank, weight });
         }
-        for lake in LAKES.find(world, &area) {
+        for lake in LAKES.find(world, &area, clock)? {
             let Some(name) = lake.name else { continue };
             let shore = &lake.rings[0];
             let sum = shore.iter().fold([0.0, 0.0], |sum, point| [sum[0] + point[0], sum[1] + point[1]]);
@@ -212,12 +213,12 @@ impl Sink for WebSink<'_> {
                 NamedFeature { name, kind: "lake".into(), at, rank: 2, weight: lake.area_m2 },
             );
         }
-        for peak in PEAKS.find(world, &area) {
+        for peak in PEAKS.find(world, &area, clock)? {
             let Some(name) = peak.name else { continue };
             let weight = f64::from(peak.height_m);
             add(format!("p:{}", peak.id), NamedFeature { name, kind: "peak".into(), at: peak.at, rank: 4, weight });
         }
-        for river in RIVERS.find(world, &area) {
+        for river in RIVERS.find(world, &area, clock)? {
             let Some(name) = river.name else { continue };
             let [east, north, _] = river.line[river.line.len() / 2];
             let weight = river.discharge_m3s[1];
@@ -230,7 +231,7 @@ impl Sink for WebSink<'_> {
         Ok(Kept { piece, files: Vec::new() })
     }
 
-    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         let mut all = locked(&self.named);
         for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
             let found: Vec<(String, NamedFeature)> =
@@ -247,7 +248,7 @@ impl Sink for WebSink<'_> {
 
     fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let world = Chart::world(self.world.preset(), Some(self.world.seed()))?;
-        let artist = Artist { world, prepared: RwLock::default() };
+        let artist = Artist { world, prepared: RwLock::default(), clock: &watch.clock };
         let named = locked(&self.named);
         let bounds = self.pyramid.bounds();
         let is_shown = |[east, north]: [f64; 2]| {
@@ -264,7 +265,7 @@ impl Sink for WebSink<'_> {
             .collect();
         let paints = [0, 1].map(|layer| {
             let artist = &artist;
-            move |view: &View| Ok(artist.paint(layer, view))
+            move |view: &View| artist.paint(layer, view)
         });
         let layers = [0, 1].map(|layer| {
             let (name, title, _) = LAYERS[layer];
@@ -278,14 +279,13 @@ impl Sink for WebSink<'_> {
         let content = MapContent {
             prepare: &|view| artist.prepare(view),
             layers: &layers,
-            heights: Some(&|view| Ok(artist.heights(view))),
+            heights: Some(&|view| artist.heights(view)),
             features: &features,
         };
         watch.begin("drawing the web map", Some((self.pyramid.tiles(), "web tiles")));
-        let progress = |tiles| _ = watch.add(tiles);
         let WebMap { name: folder, encoding, .. } = self.form;
         let choice = Choice { encoding, dense: true, folder: true, mbtiles: true, pmtiles: true };
-        let written = web::write(&self.out, &self.pyramid, &meta, choice, &content, &progress)?;
+        let written = web::write(&self.out, &self.pyramid, &meta, choice, &content, watch)?;
         let record =
             |file: FileRecord| FileRecord { path: format!("{folder}/{}", file.path), export: folder.into(), ..file };
         Ok(written.files.into_iter().map(record).collect())
@@ -293,9 +293,10 @@ impl Sink for WebSink<'_> {
 }
 
 /// Draws map tiles.
-struct Artist {
+struct Artist<'a> {
     world: Arc<World>,
     prepared: RwLock<Option<Prepared>>,
+    clock: &'a Clock,
 }
 
 /// The pictures of a part of a zoom level, one per layer.
@@ -307,7 +308,7 @@ struct Prepared {
 /// Pixels of a picture per pixel of the page, along a side: pictures are drawn for dense screens.
 const DENSE: i64 = 2;
 
-impl Artist {
+impl Artist<'_> {
     fn prepare(&self, view: &View) -> Result<(), Error> {
         let mut prepared = self.prepared.write().expect("no thread panics while it prepares");
         let charts = if let Some(last) = prepared.take().filter(|prepared| prepared.zoom == view.zoom) {
@@ -316,31 +317,32 @@ impl Artist {
         } else {
             let dense = DENSE as f64;
             let scale = Scale { metres_per_pixel: view.pixel_m / dense, pixels_per_mm: PIXELS_A_MM * dense };
-            let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale);
-            let relief = map.in_style(Style::load(LAYERS[1].2)?);
+            let map = Chart::of_world(&self.world, Style::load(LAYERS[0].2)?, scale, self.clock)?;
+            let relief = map.in_style(Style::load(LAYERS[1].2)?, self.clock)?;
             [map, relief]
         };
         let Area { x0, y0, x1, y1 } = view.pixels;
         let area = Area { x0: DENSE * x0, y0: DENSE * y0, x1: DENSE * x1, y1: DENSE * y1 };
-        *prepared = Some(Prepared { zoom: view.zoom, pictures: charts.map(|chart| chart.picture(area)) });
+        let [map, relief] = charts.map(|chart| chart.picture(area, self.clock));
+        *prepared = Some(Prepared { zoom: view.zoom, pictures: [map?, relief?] });
         Ok(())
     }
 
-    fn paint(&self, layer: usize, view: &View) -> Vec<u8> {
+    fn paint(&self, layer: usize, view: &View) -> Result<Vec<u8>, Error> {
         let prepared = self.prepared.read().expect("no thread panics while it prepares");
-        prepared.as_ref().expect("a view is prepared for").pictures[layer].pixels(view.pixels)
+        Ok(prepared.as_ref().expect("a view is prepared for").pictures[layer].pixels(view.pixels, self.clock)?)
     }
 
     /// Returns heights at the centres of the page's pixels, each the mean of four heights of the picture.
-    fn heights(&self, view: &View) -> Vec<f32> {
+    fn heights(&self, view: &View) -> Result<Vec<f32>, Error> {
         let prepared = self.prepared.read().expect("no thread panics while it prepares");
         let chart = prepared.as_ref().expect("a view is prepared for").pictures[0].chart();
         let Area { x0, y0, x1, y1 } = view.pixels;
         let width = view.pixels.width() * DENSE as usize;
         let area = Area { x0: DENSE * x0, y0: DENSE * y0, x1: DENSE * x1, y1: DENSE * y1 };
-        let heights_m = chart.heights_m(area);
+        let heights_m = chart.heights_m(area, self.clock)?;
         let mean = |pair: (&[f32], &[f32])| ((pair.0[0] + pair.0[1]) + (pair.1[0] + pair.1[1])) * 0.25;
         let rows = heights_m.chunks_exact(2 * width).map(|rows| rows.split_at(width));
-        rows.flat_map(|(north, south)| north.chunks_exact(2).zip(south.chunks_exact(2)).map(mean)).collect()
+        Ok(rows.flat_map(|(north, south)| north.chunks_exact(2).zip(south.chunks_exact(2)).map(mean)).collect())
     }
 }

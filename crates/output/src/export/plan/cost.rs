@@ -19,6 +19,7 @@ use crate::file::{free_bytes, make_folder};
 use crate::land::Land;
 use crate::memory::Usage;
 use crate::registry;
+use crate::stop::Stop;
 use crate::tile::{accumulation_input, shaped_input};
 use crate::watch::Watch;
 
@@ -74,9 +75,9 @@ impl Plan<'_> {
     /// Adds a forecast to the cost: sample tiles are baked and thrown away on the threads of the current rayon pool.
     ///
     /// # Errors
-    /// When the sample tiles cannot be baked.
-    pub fn forecast(&self, cost: Cost) -> Result<Cost, Error> {
-        Ok(Cost { forecast: Some(self.trial()?.forecast(self)), ..cost })
+    /// When the sample tiles cannot be baked, or the work is stopped.
+    pub fn forecast(&self, cost: Cost, stop: &Stop) -> Result<Cost, Error> {
+        Ok(Cost { forecast: Some(self.trial(stop)?.forecast(self)), ..cost })
     }
 }
 
@@ -206,8 +207,8 @@ impl Plan<'_> {
     /// of the bake.
     ///
     /// # Errors
-    /// When the sample tiles cannot be baked.
-    pub fn trial(&self) -> Result<Trial, Error> {
+    /// When the sample tiles cannot be baked, or the work is stopped.
+    pub fn trial(&self, stop: &Stop) -> Result<Trial, Error> {
         let (tiles, exports, own) = (spread(self), self.exports(), self.vectors().clipped);
         let request = self.request_of_made();
         let grows = |export: &Export| export.0.units(&request).is_some() && self.shard().is_none();
@@ -216,7 +217,7 @@ impl Plan<'_> {
             of_tiles.iter().copied().filter(|export| export.0.options().contains(&"--clip")).collect();
         let bake = |(index, tile): (usize, &TileId)| {
             let exports = if index < ENDED { exports } else { &of_tiles };
-            Baked::of(&self.of_tile(*tile, own, exports.to_vec())?)
+            Baked::of(&self.of_tile(*tile, own, exports.to_vec())?, stop)
         };
         // The first tile is baked alone, to measure the time of its planning and what the world remembers of it.
         let first = bake((0, &tiles[0]))?;
@@ -229,7 +230,7 @@ impl Plan<'_> {
         // Bake again with features cut off at the tile's edge: the parts beyond the edge grow with the region's edge,
         // not with its area.
         if !own && !cut.is_empty() && self.shard().is_none() {
-            let clipped = tiles.par_iter().map(|tile| Baked::of(&self.of_tile(*tile, true, cut.clone())?));
+            let clipped = tiles.par_iter().map(|tile| Baked::of(&self.of_tile(*tile, true, cut.clone())?, stop));
             for one in clipped.collect::<Result<Vec<Baked>, Error>>()? {
                 add(&mut trial.clipped, &one.sizes);
             }
@@ -247,8 +248,8 @@ impl Plan<'_> {
         let is_made = |stage: &str| !stage.starts_with("finish ") && stage != bake::JOURNAL;
         let seconds = |baked: &[Baked]| baked.iter().map(|one| one.seconds(is_made)).sum::<f64>() / baked.len() as f64;
         trial.at_once = rayon::current_num_threads().min(tiles.len());
-        let again =
-            tiles.par_iter().take(trial.at_once).map(|tile| Baked::of(&self.of_tile(*tile, own, of_tiles.clone())?));
+        let again = tiles.par_iter().take(trial.at_once);
+        let again = again.map(|tile| Baked::of(&self.of_tile(*tile, own, of_tiles.clone())?, stop));
         trial.making_s = seconds(&again.collect::<Result<Vec<Baked>, Error>>()?);
         trial.planning_s = (seconds(&baked[..1]) - trial.making_s).max(0.0);
         Ok(trial)
@@ -326,9 +327,9 @@ struct Baked {
 }
 
 impl Baked {
-    fn of(plan: &Plan) -> Result<Baked, Error> {
+    fn of(plan: &Plan, stop: &Stop) -> Result<Baked, Error> {
         let aside = aside()?;
-        let (out, watch) = (aside.path().join("bake"), Watch::default());
+        let (out, watch) = (aside.path().join("bake"), Watch::stopped_by(stop));
         let output = Output::prepare(&out, Mode::New, plan, &plan.cost(1))?;
         let manifest = plan.run(&output, &watch)?;
         let files = manifest.all_files(&out);
@@ -351,14 +352,14 @@ fn head(plan: &Plan) -> Result<Sizes, Error> {
     for folder in plan.folders() {
         make_folder(&aside.path().join(folder))?;
     }
-    let mut files = Vec::new();
+    let (mut files, watch) = (Vec::new(), Watch::default());
     for export in plan.exports() {
         let Some(blank) = export.0.blank_pieces(&plan.request()) else { continue };
         for (number, sink) in export.0.sinks(&plan.request(), aside.path())?.into_iter().enumerate() {
             if let Some(piece) = blank.get(number) {
-                sink.append(0, &[piece])?;
+                sink.append(0, &[piece], &watch.clock)?;
             }
-            files.extend(sink.finish(&Watch::default())?);
+            files.extend(sink.finish(&watch)?);
         }
     }
     Ok(by_kind(files.iter()))

@@ -15,6 +15,7 @@ use super::part_name;
 use super::values::{of_ribbons, positions_of_land};
 use crate::area::Place;
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request};
 use crate::export::plan::options::{Lods, MeshOptions, TileNames};
@@ -74,11 +75,11 @@ impl Sink for CollisionSink<'_> {
         FOLDER
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, place: Place, clock: &Clock) -> Result<Kept, Error> {
         let Modeller { frame, options, region, .. } = &self.modeller;
         let area = tile.area();
         let mut files = Vec::new();
-        for (lod, model) in self.modeller.models(tile) {
+        for (lod, model) in self.modeller.models(tile, clock)? {
             let mut glb = Glb::new(options.compressed);
             if options.compressed {
                 glb.uses(COMPRESSION, true);
@@ -123,7 +124,7 @@ impl Sink for CollisionSink<'_> {
         Ok(Kept { piece: Vec::new(), files })
     }
 
-    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, _pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         Ok(())
     }
 

@@ -24,6 +24,7 @@ use super::values::{of_land, of_ribbons, of_sheet};
 use super::{FOLDER, part_name, tile_path};
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink, frames};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request};
 use crate::export::formats::locked;
@@ -32,7 +33,6 @@ use crate::export::formats::raster::quantity::{COLOUR, COVER_WEIGHTS, GROUND_WEI
 use crate::export::formats::raster::writer::{Encoding, Sample, png_bytes};
 use crate::export::plan::options::TileNames;
 use crate::file::write_whole;
-use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
@@ -352,9 +352,9 @@ impl Sink for GltfSink<'_> {
         self.name
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, place: Place, clock: &Clock) -> Result<Kept, Error> {
         let Kept { mut piece, mut files } = Kept::default();
-        for (lod, model) in self.modeller.models(tile) {
+        for (lod, model) in self.modeller.models(tile, clock)? {
             let path = tile_path(lod, self.names.numbers(&self.modeller.region, place), "glb");
             let glb = self.document(tile, lod, &model).finish();
             // The region's file needs the JSON of each tile, in the order of tiles; numbers may stay in the tile's GLB.
@@ -374,10 +374,10 @@ impl Sink for GltfSink<'_> {
         Ok(Kept { piece, files })
     }
 
-    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, pieces: &[&[u8]], clock: &Clock) -> Result<(), Error> {
         let mut regions = locked(&self.regions);
         for piece in pieces {
-            stop::check();
+            clock.check()?;
             let parts: Vec<&[u8]> = frames::pieces(piece).collect();
             // The region's files and the parts have the levels in the same order.
             for (region, part) in regions.iter_mut().zip(parts.chunks_exact(3)) {
@@ -395,8 +395,8 @@ impl Sink for GltfSink<'_> {
         Ok(())
     }
 
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
-        locked(&self.regions).drain(..).map(RegionFile::finish).collect()
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+        locked(&self.regions).drain(..).map(|region| region.finish(&watch.clock)).collect()
     }
 }
 

@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use crate::area::Region;
 use crate::bake::MeshRecord;
+use crate::clock::Clock;
 use crate::export::plan::options::MeshOptions;
 use crate::land::WaterKind;
 use crate::mesh::{
     Frame, Ground, GroundVertex, PARTS, Ribbon, RibbonKind, Surface, WaterSheet, Waterlines, ribbons, roads_near,
     sheets,
 };
+use crate::stop::Stopped;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -79,16 +81,16 @@ impl<'a> Modeller<'a> {
     }
 
     /// Returns the models of a tile, one for each level of detail.
-    pub fn models(&self, tile: &Tile) -> Vec<(u32, Model)> {
-        let roads = roads_near(self.world, &tile.area());
+    pub fn models(&self, tile: &Tile, clock: &Clock) -> Result<Vec<(u32, Model)>, Stopped> {
+        let roads = roads_near(self.world, &tile.area(), clock)?;
         let model = |&lod: &u32| {
             // Each level doubles the tolerance, as it doubles the error of heights.
             let tolerance = FINEST_LINE * f64::from(lod).exp2();
-            let waterlines = Waterlines::new(self.world, tile, tolerance, self.frame.grain());
-            let land = self.land(tile, lod, waterlines.as_ref());
+            let waterlines = Waterlines::new(self.world, tile, tolerance, self.frame.grain(), clock)?;
+            let land = self.land(tile, lod, waterlines.as_ref(), clock)?;
             let waters = waterlines.as_ref().map_or_else(Vec::new, sheets);
             let ribbons = ribbons(&tile.area(), &roads, &land, tolerance);
-            (lod, Model { land, waters, ribbons })
+            Ok((lod, Model { land, waters, ribbons }))
         };
         self.options.lods.all().iter().map(model).collect()
     }
@@ -116,7 +118,7 @@ impl<'a> Modeller<'a> {
         }
     }
 
-    fn land(&self, tile: &Tile, lod: u32, waters: Option<&Waterlines>) -> Ground {
+    fn land(&self, tile: &Tile, lod: u32, waters: Option<&Waterlines>, clock: &Clock) -> Result<Ground, Stopped> {
         let (area, heights) = (tile.area(), tile.heights());
         // Rounding to steps uses up a part of the bound, which is not left for the triangles.
         let left_m = |bound_m: f64| bound_m - self.frame.height_error_m();
@@ -127,16 +129,16 @@ impl<'a> Modeller<'a> {
                 let finest = self.options.lods.all().first();
                 let finest_m = finest.and_then(|lod| self.options.bound_m(self.world, *lod)).map_or(0.0, left_m);
                 let edge_m = self.options.even_borders.then_some(finest_m);
-                Arc::new(Surface::simplified(heights, area, bound_m, edge_m))
+                Arc::new(Surface::simplified(heights, area, bound_m, edge_m, clock)?)
             }
         };
         let ground = match waters {
-            Some(waters) => Ground::cut(&surface, heights, area, waters, bound_m),
+            Some(waters) => Ground::cut(&surface, heights, area, waters, bound_m, clock)?,
             None => Ground::new(&surface, heights, area),
         };
         if bound_m.is_none() {
             // The full land has its order already, and the vertices that waters add are few.
-            return ground;
+            return Ok(ground);
         }
         let cell_m = self.world.spacing_m() as f32 / PARTS as f32;
         let Ground { cells, vertices, triangles } = ground;
@@ -145,7 +147,7 @@ impl<'a> Modeller<'a> {
             [east, vertex.height_m, south]
         };
         let (vertices, triangles) = ordered(&vertices, &triangles, place);
-        Ground { cells, vertices, triangles }
+        Ok(Ground { cells, vertices, triangles })
     }
 }
 

@@ -14,13 +14,13 @@ use super::relative_normals::normal_at;
 use super::{FOLDER, part_name, region_path, tile_path};
 use crate::area::Place;
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request, file_name};
 use crate::export::formats::locked;
 use crate::export::plan::options::TileNames;
 use crate::file::{PartFile, write_whole};
 use crate::mesh::PARTS;
-use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
@@ -298,9 +298,9 @@ impl Sink for ObjSink<'_> {
         self.name
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, place: Place, clock: &Clock) -> Result<Kept, Error> {
         let Kept { mut piece, mut files } = Kept::default();
-        for (lod, model) in self.modeller.models(tile) {
+        for (lod, model) in self.modeller.models(tile, clock)? {
             let text = self.text(tile, lod, &model);
             if self.regions.is_some() {
                 // The number of vertices before this tile is known only once the tiles before it are written.
@@ -326,11 +326,11 @@ impl Sink for ObjSink<'_> {
         Ok(Kept { piece, files })
     }
 
-    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, pieces: &[&[u8]], clock: &Clock) -> Result<(), Error> {
         let Some(regions) = &self.regions else { return Ok(()) };
         let mut regions = locked(regions);
         for piece in pieces {
-            stop::check();
+            clock.check()?;
             let mut rest = *piece;
             for (_, file, before) in regions.iter_mut() {
                 let text = Text::unpack(&mut rest);

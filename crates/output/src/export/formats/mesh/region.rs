@@ -13,11 +13,11 @@ use super::glb::{COMPRESSION, MAX_BYTES};
 use super::gltf::SMALLER;
 use super::model::SUBSTANCES;
 use crate::bake::FileRecord;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::file_name;
 use crate::file::{Operation, PartFile, gate};
 use crate::generator;
-use crate::stop;
 
 /// A region's glTF being written. Each list waits in a file of its own until all tiles are there, so that none is held
 /// in memory.
@@ -81,12 +81,12 @@ impl Spool {
     }
 
     /// Copies the list into a file.
-    fn copy_to(self, target: &mut impl Write) -> std::io::Result<()> {
+    fn copy_to(self, target: &mut impl Write, clock: &Clock) -> std::io::Result<()> {
         if self.count == 0 {
             return Ok(());
         }
         write!(target, ",\n\"{}\":[", self.name)?;
-        copied(&mut rewound(self.file)?, target)?;
+        copied(&mut rewound(self.file)?, target, clock)?;
         target.write_all(b"]")
     }
 }
@@ -243,29 +243,35 @@ impl RegionFile {
     }
 
     /// Joins the lists to one file, with the numbers after them.
-    pub fn finish(mut self) -> Result<FileRecord, Error> {
+    pub fn finish(mut self, clock: &Clock) -> Result<FileRecord, Error> {
         let path = self.out.join(&self.path);
         let (record, export) = (self.path.clone(), self.export);
         let mut file = PartFile::create(path.clone())?;
         let written = match self.numbers.take() {
-            None => self.write(&mut file),
+            None => self.write(&mut file, clock),
             Some(numbers) => {
                 let text = nameless(&self.out.join(super::FOLDER))?;
-                self.write_whole(numbers, text, &mut file)
+                self.write_whole(numbers, text, &mut file, clock)
             }
         };
         written.map_err(Error::io(path))?;
         Ok(FileRecord::new(record, export, file.finish()?))
     }
 
-    fn write_whole(mut self, numbers: BufferFile, text: File, file: &mut PartFile) -> std::io::Result<()> {
+    fn write_whole(
+        mut self,
+        numbers: BufferFile,
+        text: File,
+        file: &mut PartFile,
+        clock: &Clock,
+    ) -> std::io::Result<()> {
         self.buffers.push(&super::glb::buffer(numbers.bytes as usize))?;
         if numbers.plain_bytes > 0 {
             self.buffers.push(&super::glb::fallback(numbers.plain_bytes as usize))?;
         }
         // The length of the text stands before it, so write the text into a file of its own first.
         let mut text = BufWriter::new(text);
-        self.write(&mut text)?;
+        self.write(&mut text, clock)?;
         let (mut text, mut bytes) = (rewound(text)?, rewound(numbers.file)?);
         let (text_bytes, binary_bytes) = (text.metadata()?.len(), numbers.bytes);
         // Chunks of a GLB are padded to 4 bytes. The numbers already are.
@@ -274,20 +280,20 @@ impl RegionFile {
         let word = |count: u64| u32::try_from(count).map(u32::to_le_bytes).map_err(std::io::Error::other);
         let total = 12 + 8 + padded + 8 + binary_bytes;
         file.write_all([*b"glTF", word(2)?, word(total)?, word(padded)?, *b"JSON"].as_flattened())?;
-        copied(&mut text, file)?;
+        copied(&mut text, file, clock)?;
         file.write_all(&b"   "[..(padded - text_bytes) as usize])?;
         file.write_all([word(binary_bytes)?, *b"BIN\0"].as_flattened())?;
-        copied(&mut bytes, file)
+        copied(&mut bytes, file, clock)
     }
 
-    fn write(self, file: &mut impl Write) -> std::io::Result<()> {
+    fn write(self, file: &mut impl Write, clock: &Clock) -> std::io::Result<()> {
         // Copy list by list from their files: together they may be larger than memory.
         let generator = generator::NAME;
         write!(
             file,
             "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"{generator}\"}},\n\"scene\":0,\n\"scenes\":[{{\"name\":\"region\""
         )?;
-        self.scene.copy_to(file)?;
+        self.scene.copy_to(file, clock)?;
         file.write_all(b"}]")?;
         for (name, list) in [("extensionsUsed", self.extensions.0), ("extensionsRequired", self.extensions.1)] {
             if !list.is_empty() {
@@ -296,7 +302,7 @@ impl RegionFile {
         }
         let lists = [self.nodes, self.meshes, self.materials, self.textures, self.samplers, self.images];
         for list in lists.into_iter().chain([self.accessors, self.views, self.buffers]) {
-            list.copy_to(file)?;
+            list.copy_to(file, clock)?;
         }
         file.write_all(b"}\n")
     }
@@ -316,10 +322,10 @@ fn rewound(file: BufWriter<File>) -> std::io::Result<File> {
 }
 
 /// Copies a file in pieces, so that a long copy can be stopped.
-fn copied(from: &mut File, target: &mut impl Write) -> std::io::Result<()> {
+fn copied(from: &mut File, target: &mut impl Write, clock: &Clock) -> std::io::Result<()> {
     const AT_ONCE: u64 = 1 << 24;
     while std::io::copy(&mut Read::by_ref(from).take(AT_ONCE), target)? > 0 {
-        stop::check();
+        clock.check()?;
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
 use crate::bake::FileRecord;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::raster::reduction::Reduction;
 use crate::export::formats::raster::sinks::{ImageDrawing, RasterFile, RegionWriter};
@@ -24,7 +25,6 @@ use crate::export::formats::raster::writer::Sample;
 use crate::export::formats::svg::escaped;
 use crate::file::{Finished, PartFile};
 use crate::generator;
-use crate::stop;
 
 /// Side of a block in pixels.
 pub(super) const BLOCK: usize = 512;
@@ -72,8 +72,14 @@ impl RegionWriter for CogWriter {
         self.push(0, line)
     }
 
-    fn end(self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
-        let finished = self.finish(drawing, file, statistics)?;
+    fn end(
+        self,
+        drawing: &ImageDrawing,
+        file: &RasterFile,
+        statistics: &Statistics,
+        clock: &Clock,
+    ) -> Result<Vec<FileRecord>, Error> {
+        let finished = self.finish(drawing, file, statistics, clock)?;
         Ok(vec![drawing.record(file, finished)])
     }
 }
@@ -148,7 +154,6 @@ impl CogWriter {
         let (sample, width) = (self.sample, self.levels[number].width);
         let columns: Vec<usize> = (0..width).step_by(BLOCK).collect();
         for columns in columns.chunks(AT_ONCE) {
-            stop::check();
             let compress = |column: &usize| compressed(&block(strip, width, *column, sample), sample);
             let blocks: Vec<Vec<u8>> = columns.par_iter().map(compress).collect();
             for block in blocks {
@@ -161,7 +166,13 @@ impl CogWriter {
     }
 
     /// Writes the final file: header, directories, then all blocks in their final order.
-    fn finish(mut self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Finished, Error> {
+    fn finish(
+        mut self,
+        drawing: &ImageDrawing,
+        file: &RasterFile,
+        statistics: &Statistics,
+        clock: &Clock,
+    ) -> Result<Finished, Error> {
         let path = drawing.out.join(&file.path);
         let failed = || Error::io(&path);
         self.blocks.flush().map_err(failed())?;
@@ -200,7 +211,7 @@ impl CogWriter {
         let mut block = Vec::new();
         for level in self.levels.iter().rev() {
             for (offset, bytes) in &level.blocks {
-                stop::check();
+                clock.check()?;
                 block.resize(*bytes as usize, 0);
                 blocks.seek(SeekFrom::Start(*offset)).map_err(failed())?;
                 blocks.read_exact(&mut block).map_err(failed())?;

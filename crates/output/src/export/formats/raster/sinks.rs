@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::area::{Place, Region, TileId};
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Request, file_name};
 use crate::export::formats::georeference::{Georeference, Plane};
@@ -19,7 +20,6 @@ use crate::export::formats::raster::statistics::Statistics;
 use crate::export::formats::raster::writer::{Encoding, RasterForm, RasterWriter};
 use crate::export::plan::options::TileNames;
 use crate::file::{Finished, write_whole};
-use crate::stop;
 use crate::tile::Tile;
 use crate::watch::Watch;
 
@@ -87,7 +87,13 @@ pub(super) trait RegionWriter: Send + Sized {
     fn write_line(&mut self, line: &[u8]) -> Result<(), Error>;
 
     /// Ends the file with the statistics of all its samples, and writes its sidecar files.
-    fn end(self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error>;
+    fn end(
+        self,
+        drawing: &ImageDrawing,
+        file: &RasterFile,
+        statistics: &Statistics,
+        clock: &Clock,
+    ) -> Result<Vec<FileRecord>, Error>;
 }
 
 /// One raster of the whole region.
@@ -123,18 +129,18 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
         &self.file.path
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, place: Place, _clock: &Clock) -> Result<Kept, Error> {
         Ok(self.drawing.piece(tile, place))
     }
 
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, row: u64, pieces: &[&[u8]], clock: &Clock) -> Result<(), Error> {
         let mut under_way = locked(&self.under_way);
         let OpenRaster { writer, statistics } = under_way.as_mut().expect("rows come before the end");
         let image = &self.drawing.image;
         let sample = image.quantity.sample;
         // Viewers stretch greys over the range of the samples. With statistics at hand they need not read all samples.
         let is_told = image.encoding == Encoding::GeoTiff || image.beside().contains(&Sidecar::Auxiliary);
-        self.drawing.lines(row, pieces, |line| {
+        self.drawing.lines(row, pieces, clock, |line| {
             if is_told && sample.is_grey() {
                 statistics.add(line, sample);
             }
@@ -142,9 +148,9 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
         })
     }
 
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let OpenRaster { writer, statistics } = locked(&self.under_way).take().expect("a sink ends once");
-        writer.end(&self.drawing, &self.file, &statistics)
+        writer.end(&self.drawing, &self.file, &statistics, &watch.clock)
     }
 }
 
@@ -157,7 +163,13 @@ impl RegionWriter for RasterWriter {
         self.write_rows(line)
     }
 
-    fn end(self, drawing: &ImageDrawing, file: &RasterFile, statistics: &Statistics) -> Result<Vec<FileRecord>, Error> {
+    fn end(
+        self,
+        drawing: &ImageDrawing,
+        file: &RasterFile,
+        statistics: &Statistics,
+        _clock: &Clock,
+    ) -> Result<Vec<FileRecord>, Error> {
         file.end(drawing, self, Some(statistics))
     }
 }
@@ -170,11 +182,17 @@ impl ImageDrawing<'_> {
     }
 
     /// Calls a function with each line of samples of a row of tiles. `pieces` are the samples of the tiles.
-    fn lines(&self, row: u64, pieces: &[&[u8]], mut call: impl FnMut(&[u8]) -> Result<(), Error>) -> Result<(), Error> {
+    fn lines(
+        &self,
+        row: u64,
+        pieces: &[&[u8]],
+        clock: &Clock,
+        mut call: impl FnMut(&[u8]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let (_, rows) = self.image.owned(&self.region, Place { row, col: 0 });
         let mut line = Vec::new();
         for y in 0..rows {
-            stop::check();
+            clock.check()?;
             line.clear();
             for (col, piece) in (0..).zip(pieces) {
                 if piece.is_empty() {
@@ -215,7 +233,7 @@ impl Sink for TileRasters<'_> {
         self.drawing.image.stem
     }
 
-    fn take(&self, tile: &Tile, place: Place) -> Result<Kept, Error> {
+    fn take(&self, tile: &Tile, place: Place, _clock: &Clock) -> Result<Kept, Error> {
         let ImageDrawing { image, painter, region, names, .. } = &self.drawing;
         let (cols, rows) = image.owned(region, place);
         let path = image.file(region, Some(place), *names);
@@ -231,7 +249,7 @@ impl Sink for TileRasters<'_> {
         Ok(Kept { piece: Vec::new(), files: file.end(&self.drawing, writer, None)? })
     }
 
-    fn append(&self, _row: u64, _pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, _pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         Ok(())
     }
 

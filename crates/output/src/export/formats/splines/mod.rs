@@ -29,6 +29,7 @@ use serde_json::json;
 
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request};
 use crate::export::formats::locked;
@@ -169,20 +170,20 @@ impl Sink for SplineSink<'_> {
         "splines"
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
-        Ok(Kept { piece: self.store.take(tile), files: Vec::new() })
+    fn take(&self, tile: &Tile, _place: Place, clock: &Clock) -> Result<Kept, Error> {
+        Ok(Kept { piece: self.store.take(tile, clock)?, files: Vec::new() })
     }
 
-    fn append(&self, _row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, _row: u64, pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         self.store.put(pieces)
     }
 
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let mut files = locked(&self.files).take().expect("a sink ends once");
         write(&mut files.json, &self.head())?;
         for (layer, heads) in HEADS.iter().enumerate() {
             write(&mut files.tables[layer], heads)?;
-            self.store.for_each(layer, |values, parts| {
+            self.store.for_each(layer, &watch.clock, |values, parts| {
                 parts.iter().try_for_each(|line| self.add(&mut files, layer, values, line))
             })?;
         }

@@ -12,6 +12,7 @@ use std::sync::Mutex;
 
 use crate::area::Place;
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request};
 use crate::export::formats::locked;
@@ -120,24 +121,24 @@ impl Sink for GeoJsonSink<'_> {
         "vector/*.geojson"
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
-        Ok(Kept { piece: self.vectors.take(tile), files: Vec::new() })
+    fn take(&self, tile: &Tile, _place: Place, clock: &Clock) -> Result<Kept, Error> {
+        Ok(Kept { piece: self.vectors.take(tile, clock)?, files: Vec::new() })
     }
 
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, row: u64, pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         let mut files = locked(&self.files);
         let file = files.contours.as_mut().expect("rows come before the end");
         self.vectors
             .put(row, pieces, |Row { values, lines }| file.add(contours::SHAPE, &contours::HEADS, &values, &[lines]))
     }
 
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let Collections { features, contours } = &mut *locked(&self.files);
         let mut records = Vec::new();
         let store = &self.vectors.features;
         for (number, (mut file, layer)) in std::mem::take(features).into_iter().zip(store.layers()).enumerate() {
             let heads = layer.heads();
-            store.for_each(number, |values, parts| file.add(layer.shape(), &heads, values, parts))?;
+            store.for_each(number, &watch.clock, |values, parts| file.add(layer.shape(), &heads, values, parts))?;
             records.push(file.end()?);
         }
         records.push(contours.take().expect("a sink ends once").end()?);

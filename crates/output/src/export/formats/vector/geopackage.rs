@@ -11,6 +11,7 @@ use rusqlite::{Connection, ToSql, params, params_from_iter};
 
 use crate::area::{Place, Region};
 use crate::bake::{FileRecord, Kept, Sink};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::{Format, Request, folder};
 use crate::export::formats::georeference::Plane;
@@ -342,11 +343,11 @@ impl Sink for GeoPackageSink<'_> {
         PATH
     }
 
-    fn take(&self, tile: &Tile, _place: Place) -> Result<Kept, Error> {
-        Ok(Kept { piece: self.vectors.take(tile), files: Vec::new() })
+    fn take(&self, tile: &Tile, _place: Place, clock: &Clock) -> Result<Kept, Error> {
+        Ok(Kept { piece: self.vectors.take(tile, clock)?, files: Vec::new() })
     }
 
-    fn append(&self, row: u64, pieces: &[&[u8]]) -> Result<(), Error> {
+    fn append(&self, row: u64, pieces: &[&[u8]], _clock: &Clock) -> Result<(), Error> {
         let mut file = locked(&self.file);
         let under_way = file.as_mut().expect("rows come before the end");
         let [contours, tiles] = [2, 1].map(|from_end| self.tables.len() - from_end);
@@ -363,12 +364,14 @@ impl Sink for GeoPackageSink<'_> {
         })
     }
 
-    fn finish(&self, _watch: &Watch) -> Result<Vec<FileRecord>, Error> {
+    fn finish(&self, watch: &Watch) -> Result<Vec<FileRecord>, Error> {
         let mut under_way = locked(&self.file).take().expect("a sink ends once");
         let failed = || sqlite_error(&self.path);
         let features = &self.vectors.features;
         for number in 0..features.layers().len() {
-            self.fill(&mut under_way, number, |add| features.for_each(number, |values, parts| add(values, parts)))?;
+            self.fill(&mut under_way, number, |add| {
+                features.for_each(number, &watch.clock, |values, parts| add(values, parts))
+            })?;
         }
         let OpenDatabase { mut connection, file, envelopes } = under_way;
         let list = |connection: &mut Connection| {
@@ -444,13 +447,13 @@ mod tests {
             let piece = |vectors: &Vectors| {
                 let mut piece = Vec::new();
                 for (layer, key, row) in order(rows()) {
-                    vectors.features.pack(&mut piece, layer, vec![key], || row.clone());
+                    vectors.features.pack(&mut piece, layer, vec![key], || Ok(row.clone())).unwrap();
                 }
                 Vectors::piece(&piece, &[])
             };
             let beside = Vectors::piece(&[], &[]);
-            package.append(row, &[&piece(&package.vectors), &beside]).unwrap();
-            json.append(row, &[&piece(json.vectors()), &beside]).unwrap();
+            package.append(row, &[&piece(&package.vectors), &beside], &Clock::default()).unwrap();
+            json.append(row, &[&piece(json.vectors()), &beside], &Clock::default()).unwrap();
         }
         let watch = Watch::default();
         assert_eq!((package.finish(&watch).unwrap().len(), json.finish(&watch).unwrap().len()), (1, 3));

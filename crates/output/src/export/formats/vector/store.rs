@@ -9,15 +9,16 @@ use rusqlite::{Connection, ToSql, params_from_iter};
 
 use crate::area::{Region, TileId};
 use crate::bake::frames;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::Request;
 use crate::export::formats::locked;
 use crate::export::formats::vector::clip::Envelope;
 use crate::features::layer::{Geometry, Head, ValueKind};
-use crate::features::{AnyLayer, Row, Value, layers, visit_walked};
+use crate::features::{AnyLayer, MakeRow, Row, Value, layers, visit_walked};
 use crate::file::{Operation, PartFile, database, gate, sqlite_error};
 use crate::registry::unjournaled;
-use crate::stop;
+use crate::stop::Stopped;
 use crate::tile::Tile;
 use crate::world::World;
 
@@ -89,32 +90,40 @@ impl<'a> FeatureStore<'a> {
     }
 
     /// Returns the features of a tile as bytes, without those that another tile of its row has packed.
-    pub fn take(&self, tile: &Tile) -> Vec<u8> {
+    pub fn take(&self, tile: &Tile, clock: &Clock) -> Result<Vec<u8>, Stopped> {
         let mut piece = Vec::new();
         if self.is_walk {
-            visit_walked(self.world, tile, |number, key, row| self.pack(&mut piece, number, key, row));
-            return piece;
+            visit_walked(self.world, tile, clock, |number, key, row| self.pack(&mut piece, number, key, row))?;
+            return Ok(piece);
         }
         for (number, layer) in self.layers().iter().enumerate() {
-            layer.visit(self.world, &tile.area(), &mut |key, row| self.pack(&mut piece, number, key, row));
+            let pack = &mut |key, row: &MakeRow<'_>| self.pack(&mut piece, number, key, row);
+            layer.visit(self.world, &tile.area(), clock, pack)?;
         }
-        piece
+        Ok(piece)
     }
 
     /// Adds a feature of a layer to the piece of a tile, unless another tile has packed it.
-    pub fn pack(&self, piece: &mut Vec<u8>, layer: usize, key: Vec<u8>, row: impl Fn() -> Row) {
+    pub fn pack(
+        &self,
+        piece: &mut Vec<u8>,
+        layer: usize,
+        key: Vec<u8>,
+        row: impl Fn() -> Result<Row, Stopped>,
+    ) -> Result<(), Stopped> {
         if let Some(said) = &self.said
             && !locked(said).insert((layer, key.clone()))
         {
-            return;
+            return Ok(());
         }
         // Make the row without the lock: a long river takes its time.
-        let Row { values, lines } = row();
+        let Row { values, lines } = row()?;
         let lines = packed(&lines, self.layers()[layer].shape().dimensions());
         let values = serde_json::to_vec(&values).expect("numbers and texts are JSON");
         for part in [&[layer as u8][..], &key, &values, &lines] {
             frames::push(piece, part);
         }
+        Ok(())
     }
 
     /// Puts the features of a row of tiles into the database.
@@ -125,7 +134,6 @@ impl<'a> FeatureStore<'a> {
         let mut put = || {
             let transaction = connection.transaction()?;
             for piece in pieces {
-                stop::check();
                 let parts: Vec<&[u8]> = frames::pieces(piece).collect();
                 for part in parts.chunks_exact(4) {
                     let [[number], key, values, lines] = part else { unreachable!("it was packed by this store") };
@@ -154,6 +162,7 @@ impl<'a> FeatureStore<'a> {
     pub fn for_each(
         &self,
         number: usize,
+        clock: &Clock,
         mut visit: impl FnMut(&[Value], &[Geometry]) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let (connection, part) = &*locked(&self.store);
@@ -169,7 +178,7 @@ impl<'a> FeatureStore<'a> {
             Ok(Row { values: values.collect::<rusqlite::Result<_>>()?, lines })
         };
         for row in select.query_map((), parse).map_err(failed())? {
-            stop::check();
+            clock.check()?;
             let Row { values, lines } = row.map_err(failed())?;
             let parts = match self.edge {
                 Some(edge) => edge.clip(layer.shape(), lines),

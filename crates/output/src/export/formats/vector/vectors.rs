@@ -5,12 +5,14 @@ use std::sync::Mutex;
 
 use crate::area::Region;
 use crate::bake::frames;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::export::formats::format::Request;
 use crate::export::formats::locked;
 use crate::export::formats::vector::contours::Contours;
 use crate::export::formats::vector::store::FeatureStore;
 use crate::features::Row;
+use crate::stop::Stopped;
 use crate::tile::Tile;
 
 /// The features and contours of a region, while it is baked.
@@ -32,10 +34,10 @@ impl<'a> Vectors<'a> {
     }
 
     /// Returns the features and contours of a tile as the piece that a sink keeps.
-    pub fn take(&self, tile: &Tile) -> Vec<u8> {
+    pub fn take(&self, tile: &Tile, clock: &Clock) -> Result<Vec<u8>, Stopped> {
         // Find contours without the lock, so that other threads find theirs meanwhile.
         let finder = locked(&self.contours).finder();
-        Vectors::piece(&self.features.take(tile), &finder.find(tile))
+        Ok(Vectors::piece(&self.features.take(tile, clock)?, &finder.find(tile)))
     }
 
     /// Packs the features and contours of a tile as one piece.

@@ -6,6 +6,7 @@ use terrane::preset::{BUILT_IN, Preset};
 use terrane::world::World;
 
 #[test]
+#[ignore = "slow for its own sake"]
 fn every_preset_makes_varied_land_within_a_fine_range() {
     BUILT_IN.par_iter().for_each(|(name, text)| {
         let preset = Preset::parse(name, text).unwrap();
