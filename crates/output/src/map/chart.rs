@@ -94,8 +94,9 @@ impl Chart {
     /// Returns the largest number of bytes that such a [world](Chart::world) and a chart of it remember, for `nodes` nodes
     /// of land a side. Land is remembered in patches, which reach beyond the edge.
     pub fn remembered_bytes(world: &World, nodes: [u64; 2]) -> u64 {
-        // The world at all vertices, and the worlds at the nodes of land, of summits and of ranges.
-        let worlds = if world.relief().fluvial().is_some() { 4 } else { 2 };
+        // The world at all vertices, and the worlds at the nodes of land, of summits and of ranges. Land of noise is not
+        // remembered, and only the first world has agents.
+        let worlds = if world.relief().fluvial().is_some() { 4 } else { 1 };
         let sides = nodes.map(|side| side.saturating_add(2 * u64::from(MapTerrain::TILE_CELLS)));
         let land = sides[0].saturating_mul(sides[1]).saturating_mul(terrain::NODE_BYTES);
         land.saturating_add(worlds * world.memory_bytes(1)).min(Chart::REMEMBERED as u64)

@@ -21,22 +21,7 @@ const APPLICATION_ID: i32 = i32::from_be_bytes(*b"MPBX");
 /// Bytes of a picture's hash that are enough to tell it from all others.
 const ID_BYTES: usize = 16;
 
-const SCHEMA: &str = "
-    CREATE TABLE metadata (name TEXT PRIMARY KEY NOT NULL, value TEXT NOT NULL);
-    CREATE TABLE map (
-        zoom_level INTEGER NOT NULL,
-        tile_column INTEGER NOT NULL,
-        tile_row INTEGER NOT NULL,
-        tile_id BLOB NOT NULL
-    );
-    CREATE UNIQUE INDEX map_index ON map (zoom_level, tile_column, tile_row);
-    CREATE TABLE images (tile_id BLOB NOT NULL, tile_data BLOB NOT NULL);
-    CREATE UNIQUE INDEX images_id ON images (tile_id);
-    CREATE VIEW tiles AS
-        SELECT map.zoom_level AS zoom_level, map.tile_column AS tile_column, map.tile_row AS tile_row,
-               images.tile_data AS tile_data
-        FROM map JOIN images ON images.tile_id = map.tile_id;
-";
+const SCHEMA: &str = include_str!("mbtiles.sql");
 
 /// An archive that is being written.
 pub(super) struct MbTiles {

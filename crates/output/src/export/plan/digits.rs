@@ -4,24 +4,16 @@
 ///
 /// Ranges of heights are computed in 32 bits, where -31 may become -31.000002.
 pub(crate) fn shortest(number: f64, off: f64) -> String {
-    let with = |decimals: usize| format!("{number:.decimals$}");
-    // A double has no more than 17 significant digits.
-    let decimals = (0..=17).find(|&decimals| {
-        let written: f64 = with(decimals).parse().expect("it was written as a number");
-        (written - number).abs() <= off
-    });
-    let text = with(decimals.unwrap_or(17));
-    if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text }
+    let [text] = shortest_that([number], |[written]| (written - number).abs() <= off);
+    text
 }
 
 /// Writes numbers with the fewest decimals for which `holds` is true of the written numbers; with all their digits if
 /// there is no such number of decimals.
 pub fn shortest_that<const N: usize>(numbers: [f64; N], holds: impl Fn([f64; N]) -> bool) -> [String; N] {
     let with = |decimals: usize| numbers.map(|number| clean(&format!("{number:.decimals$}")));
-    let written = |texts: &[String; N]| {
-        let mut texts = texts.iter().map(|text| text.parse().expect("it was written as a number"));
-        std::array::from_fn(|_| texts.next().expect("there are as many"))
-    };
+    let written = |texts: &[String; N]| texts.each_ref().map(|text| text.parse().expect("it was written as a number"));
+    // A double has no more than 17 significant digits.
     (0..=17).map(with).find(|texts| holds(written(texts))).unwrap_or_else(|| numbers.map(|number| number.to_string()))
 }
 

@@ -85,25 +85,20 @@ impl<'a> Plan<'a> {
         exports: Vec<Export>,
         walk: Option<Walk>,
     ) -> Result<Plan<'a>, Error> {
-        let meshes = MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() };
-        let vectors = VectorOptions::default();
-        let names = TileNames::default();
-        let maker = Cpu::maker(world.relief());
-        let (height_range_m, profile, shard, shards) = (None, None, None, None);
         Plan {
             world,
             preset_name,
             region,
             exports,
-            meshes,
-            vectors,
-            height_range_m,
-            names,
-            profile,
-            maker,
+            meshes: MeshOptions { origin: Some(default_origin(&region)), ..MeshOptions::default() },
+            vectors: VectorOptions::default(),
+            height_range_m: None,
+            names: TileNames::default(),
+            profile: None,
+            maker: Cpu::maker(world.relief()),
             walk,
-            shard,
-            shards,
+            shard: None,
+            shards: None,
         }
         .checked()
     }
@@ -201,13 +196,10 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// When the first number is not less than the second, or when hardly any step would lie within the land's heights.
     pub fn with_height_range(self, height_range_m: Option<[f32; 2]>) -> Result<Plan<'a>, Error> {
-        match height_range_m {
-            Some(range_m) => {
-                check_range(range_m, self.world.height_range_m())?;
-                Ok(Plan { height_range_m, ..self })
-            }
-            None => Ok(Plan { height_range_m, ..self }),
+        if let Some(range_m) = height_range_m {
+            check_range(range_m, self.world.height_range_m())?;
         }
+        Ok(Plan { height_range_m, ..self })
     }
 
     /// Returns the plan with the files of tiles named in another way.

@@ -180,37 +180,9 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
     let inner = |vertices: u64| typed_share((vertices - 1) as f64 / vertices as f64);
     let half = |vertices: u64| typed_share(0.5 / vertices as f64);
     format!(
-        "Run the script: *Scripting* workspace, *Open*, `import_terrane.py`, *Run*; or\n\n\
-         ```sh\n\
-         blender --background --python import_terrane.py -- --render still.png --save scene.blend\n\
-         ```\n\n\
-         It makes a collection `terrane` with one collection a tile, materials in which the blend map mixes the grounds, \
-         water, sun, sky and a camera, sets clip ends, and gives the Solid view colours. One unit is one metre, +X is east, \
-         +Y is north; the origin is that of the world at height 0, or far from it a place nearer by. Objects have the names of the tiles in the world: \
-         `land_x{x}_y{y}` is the land of the north-western one.\n\n\
-         Run in a scene that has a bake already, the script puts this one beside it, at its own place in the world:\n\n\
-         ```sh\n\
-         blender --background scene.blend --python import_terrane.py -- --save scene.blend\n\
-         ```\n\n\
-         ## By hand\n\n\
-         *File*, *Import*, *glTF 2.0*, and all of `mesh/tile{lod}_x*_y*.glb`, which come in their places, or \
-         `mesh/region{lod}.gltf`, which has all of them. Nothing has to be turned or scaled. Blender's windows end at \
-         1000 m and its cameras at 100 m, so most of the region is not seen until this is set, best before the import:\n\n{}\n\
-         Then *View*, *Frame All* (Home). In the Solid view the arrow beside the shading modes, *Color*, *Texture* shows the land's \
-         colours. Files of another bake of this world are in their place when they are moved by the difference of the origins: \
-         theirs minus this one's, X and Y.\n\n\
-         ## A plane that the heights displace\n\n\
-         Without the meshes: `height/height.png` has {width} x {height} texels of 16 bits, and each is a vertex. *Add*, *Mesh*, \
-         *Grid*, with this and with *Generate UVs*; fewer subdivisions are possible, and show less.\n\n{}\n\
-         The first modifier, *UV Warp*: 0 and 1 are the outer vertices of the grid and must be the middles of the outer texels, \
-         UV * (N - 1) / N + 0.5 / N, or all is off by up to half a texel.\n\n{}\n\
-         The second modifier, *Displace*, with a new texture of the kind *Image or Movie*\n\n{}\n\
-         The heights are then right to half a step of 16 bits, {} m. `terrane bake` with the options of this bake and `--add \
-         --export exr` adds `height/height.exr`, which has metres: with it Strength is 1 and Midlevel is 0, and they are right to the millimetre. \
-         In a material, an *Image Texture* (Non-Color, *Extend*) takes the UV through a *Mapping* with that Scale and the Location \
-         {}, {}, and goes to a *Displacement* with that Midlevel and the Strength as its Scale.\n",
-        scene_table(region, meshes, numbers, side_m),
-        table(
+        include_str!("blender.md"),
+        scene = scene_table(region, meshes, numbers, side_m),
+        grid = table(
             ["Grid", "Value"],
             &[
                 ("X Subdivisions", (width - 1).to_string()),
@@ -220,14 +192,17 @@ fn blender(region: &Region, meshes: &MeshOptions, numbers: &Numbers) -> String {
                 ("Sidebar (N), *Item*, *Dimensions* Y", format!("{} m", typed(height_m))),
             ],
         ),
-        table(
+        warp = table(
             ["UV Warp", "Value"],
             &[("UV Center", "0.5, 0.5".into()), ("Scale X", inner(width)), ("Scale Y", inner(height)),],
         ),
-        displace_table(numbers),
-        shortest(numbers.step_m / 2.0, numbers.step_m / 100.0),
-        half(width),
-        half(height),
+        displace = displace_table(numbers),
+        half_step_m = shortest(numbers.step_m / 2.0, numbers.step_m / 100.0),
+        half_x = half(width),
+        half_y = half(height),
+        lod = lod,
+        width = width,
+        height = height,
         x = region.at().x,
         y = region.at().y,
     )
