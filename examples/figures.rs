@@ -1,4 +1,4 @@
-//! Draws the figures of `docs/` from the real engine: `cargo run --release --example figures`.
+//! Draws the figures of `docs/` from the real engine: `cargo run --release --example figures`, for all, or with names.
 //!
 //! Each figure is a row of panels, and each panel is a part of a world, drawn to scale over its shaded land.
 
@@ -65,7 +65,8 @@ impl Panel {
         let area = Area::new(at(0), at(1), width, height);
         let strided = world.at_stride(Stride::new(vertices).expect("strides are powers of two"));
         let land = strided.relief().land(area.padded(1), &Clock::default()).unwrap();
-        let step_m = (2.0 * strided.spacing_m()) as f32;
+        // From afar land is gentler, so it is shaded as if it were steeper.
+        let step_m = (2.0 * strided.spacing_m()) as f32 / (vertices as f32).sqrt().sqrt();
         let pixels = panel.pixmap.data_mut().as_chunks_mut::<4>().0;
         for ((x, y), pixel) in area.vertices().zip(pixels) {
             let height = |dx: i64, dy: i64| land.heights.at(x + dx, y + dy);
@@ -251,7 +252,8 @@ fn tiles() -> Result<(), Box<dyn Error>> {
     let mut far = Panel::land(&world, middle, 32, SIZE, 0.45);
     draw_channels(&mut far, fluvial, 2);
     let corners = [(shaped.x0, shaped.y0), (shaped.x1, shaped.y1)].map(|(x, y)| Point::at_vertex(x, y));
-    for level in 0..fluvial.fields().levels() {
+    // Squares of the finest levels are hardly larger than the tile.
+    for level in 0..LEVELS.len() as u32 {
         let [low, high] = fluvial.network().input(level, corners).map(|at| [at.x / GRAINS, at.y / GRAINS]);
         let area = Area { x0: low[0], y0: low[1], x1: high[0], y1: high[1] };
         far.frame(area, LEVELS[level as usize], &format!("heads of channels of level {level}"));
@@ -264,11 +266,11 @@ fn tiles() -> Result<(), Box<dyn Error>> {
 fn roads() -> Result<(), Box<dyn Error>> {
     let world = World::new(Preset::load("alps")?.1, None)?;
     let (fluvial, places) = world.relief().fluvial().zip(world.places()).expect("alps have roads");
-    // The longest road that runs whole from one settlement to another through an area.
-    let area = Area::new(2000, 2000, 1600, 1600);
+    // The longest road that runs whole from one settlement to another and fits the figure.
+    let area = Area::new(0, 0, 3000, 3000);
     let is_whole = |line: &Line| matches!((line.id, line.end), (LineId::Road { part: 0, .. }, LineEnd::Site(_)));
     let mut roads = world.lines_through(LineKind::Road, &area, &Clock::default()).unwrap();
-    roads.retain(|line| is_whole(line) && area.contains(&line.bounds));
+    roads.retain(|line| is_whole(line) && line.bounds.width() < 760 && line.bounds.height() < 460);
     let road = roads.into_iter().max_by_key(|line| line.points.len()).expect("a road lies there");
     let LineId::Road { from, to, .. } = road.id else { unreachable!("a road has the id of one") };
     let corridor = places.corridor(Surveyed { survey: fluvial, clock: &Clock::default() }, [from, to]).unwrap();
@@ -325,8 +327,9 @@ fn labels() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    rivers()?;
-    tiles()?;
-    roads()?;
-    labels()
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let figures: [(&str, fn() -> Result<(), Box<dyn Error>>); 4] =
+        [("rivers", rivers), ("tiles", tiles), ("roads", roads), ("labels", labels)];
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|other| other == name);
+    figures.iter().filter(|(name, _)| is_wanted(name)).try_for_each(|(_, draw)| draw())
 }
