@@ -67,8 +67,8 @@ struct Called {
 /// in kilometres east and north; if there is none, the nearest lake, river or peak.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this name; the hint suggests similar names of things nearby. When `clock`
-/// stops the work.
+/// When `clock` stops the work, the world has no names, or nothing has this name; then the hint suggests similar names
+/// of things nearby.
 pub fn named(preset: Preset, seed: Option<u64>, name: &str, near_km: [f64; 2], clock: &Clock) -> Result<Found, Error> {
     named_in(&Finder::new(preset, seed)?, name, near_km, clock)
 }
