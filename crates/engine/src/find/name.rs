@@ -221,7 +221,7 @@ impl Called {
                 lakes.into_iter().next().map(|lake| lake_found(lake, near_km))
             }
             MayBe::River(top) => {
-                let rivers = world.rivers_from(top);
+                let rivers = world.rivers_from(top, clock)?;
                 let all = rivers.iter().filter_map(|river| river_found(river, 0.0, near_km));
                 all.min_by(|a, b| a.distance_km.total_cmp(&b.distance_km))
             }
