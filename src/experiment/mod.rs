@@ -303,7 +303,7 @@ pub struct WalkResult {
 /// nine tiles where there is one layer.
 ///
 /// # Errors
-/// When an option is out of its range, or a GPU or threads that are asked for are not available. When the work is stopped.
+/// When an option is out of its range, a GPU or threads that are asked for are not available, or the work is stopped.
 pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result<WalkResult, Error> {
     options.check()?;
     let world = world(tile_cells)?;

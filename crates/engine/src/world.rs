@@ -269,8 +269,8 @@ impl World {
 
     /// Returns the rivers of the course that begins in a channel, from its spring to its end; none if no course begins
     /// there.
-    pub fn rivers_from(&self, top: ChannelId) -> Lines {
-        self.relief.fluvial().map_or_else(Lines::new, |fluvial| fluvial.rivers_from(top))
+    pub fn rivers_from(&self, top: ChannelId, clock: &Clock) -> Result<Lines, Stopped> {
+        self.fluvial(|fluvial| fluvial.rivers_from(top, clock))
     }
 
     /// Returns the peak of a cell, if it has one.

@@ -67,8 +67,8 @@ struct Called {
 /// in kilometres east and north; if there is none, the nearest lake, river or peak.
 ///
 /// # Errors
-/// When the world has no names, or nothing has this name; the hint suggests similar names of things nearby. When `clock`
-/// stops the work.
+/// When `clock` stops the work, the world has no names, or nothing has this name; then the hint suggests similar names
+/// of things nearby.
 pub fn named(preset: Preset, seed: Option<u64>, name: &str, near_km: [f64; 2], clock: &Clock) -> Result<Found, Error> {
     named_in(&Finder::new(preset, seed)?, name, near_km, clock)
 }
@@ -221,7 +221,7 @@ impl Called {
                 lakes.into_iter().next().map(|lake| lake_found(lake, near_km))
             }
             MayBe::River(top) => {
-                let rivers = world.rivers_from(top);
+                let rivers = world.rivers_from(top, clock)?;
                 let all = rivers.iter().filter_map(|river| river_found(river, 0.0, near_km));
                 all.min_by(|a, b| a.distance_km.total_cmp(&b.distance_km))
             }

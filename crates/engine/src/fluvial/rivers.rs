@@ -124,7 +124,7 @@ impl Fluvial {
                 clock.check()?;
                 // A channel drains most at its mouth: if the mouth is dry, the channel has no river.
                 if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
-                    let rivers = self.rivers_of(self.top(channel.id));
+                    let rivers = self.rivers_of(self.top(channel.id), clock)?;
                     found.extend(
                         rivers.iter().filter(|river| river.touches(area)).map(|river| (river.id, Arc::clone(river))),
                     );
@@ -136,8 +136,11 @@ impl Fluvial {
     }
 
     /// Returns all rivers of the course that begins in a channel, sorted by id; none if no course begins there.
-    pub fn rivers_from(&self, top: ChannelId) -> Vec<Arc<Line>> {
-        if self.top(top) == top { self.rivers_of(top).to_vec() } else { Vec::new() }
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn rivers_from(&self, top: ChannelId, clock: &Clock) -> Result<Vec<Arc<Line>>, Stopped> {
+        if self.top(top) == top { Ok(self.rivers_of(top, clock)?.to_vec()) } else { Ok(Vec::new()) }
     }
 
     /// Returns the name of the rivers of the course that begins in a channel, even if it has no rivers; `None` in a
@@ -185,20 +188,20 @@ impl Fluvial {
     }
 
     /// Returns the river that leaves a lake, if there is one.
-    pub fn outlet(&self, lake: LakeId) -> Option<LineId> {
-        let course = self.course(self.top(lake.0));
-        let number = course.channels.iter().position(|channel| channel.id == lake.0)?;
-        let channel = &course.channels[number];
-        let sill = channel.knots.iter().rposition(|knot| knot.pool_m > NO_LAKE)?;
+    ///
+    /// # Errors
+    /// When `clock` stops the work.
+    pub fn outlet(&self, lake: LakeId, clock: &Clock) -> Result<Option<LineId>, Stopped> {
+        let course = self.course(self.top(lake.0), clock)?;
+        let number = course.channels.iter().position(|channel| channel.id == lake.0);
+        let sill_of = |number: &usize| course.channels[*number].knots.iter().rposition(|knot| knot.pool_m > NO_LAKE);
+        let Some((number, sill)) = number.and_then(|number| Some((number, sill_of(&number)?))) else { return Ok(None) };
         // The river begins between the last knot of the lake and the next knot, where the lake ends.
-        course
-            .parts
-            .iter()
-            .find(|part| {
-                let first = part.samples[0].place;
-                first.0 == number && (sill as f64..=(sill + 1) as f64).contains(&first.1)
-            })
-            .map(|part| part.id)
+        let begins = |part: &&RiverPart| {
+            let first = part.samples[0].place;
+            first.0 == number && (sill as f64..=(sill + 1) as f64).contains(&first.1)
+        };
+        Ok(course.parts.iter().find(begins).map(|part| part.id))
     }
 
     /// Returns Strahler's order of a river at its end, counting only channels that hold water.
@@ -211,7 +214,7 @@ impl Fluvial {
         let LineId::River { channel: top, .. } = river.course else {
             unreachable!("rivers of the land run in channels")
         };
-        let course = self.course(top);
+        let course = self.course(top, clock)?;
         let part = course.parts.iter().find(|part| part.id == river.id).expect("a course has all of its rivers");
         let (number, place) = part.samples[part.samples.len() - 1].place;
         Ok(self.rivers.strahler.orders(self, &course.channels[number], clock)?.at(place))
@@ -293,27 +296,29 @@ impl Fluvial {
     }
 
     /// Returns the course that begins in a channel.
-    fn course(&self, top: ChannelId) -> Arc<Course> {
-        self.rivers.courses.get(top, || {
+    fn course(&self, top: ChannelId, clock: &Clock) -> Result<Arc<Course>, Stopped> {
+        self.rivers.courses.try_get(top, || {
             let mut channels: Vec<Arc<Channel>> = Vec::new();
             let mut next = Some(top);
             while let Some(channel) = next.and_then(|id| self.network.channel(id)) {
+                clock.check()?;
                 // Only a main upper course goes on, so each channel belongs to one course.
                 let goes_on = channel.next.filter(|(_, is_main)| *is_main);
                 next = goes_on.map(|(node, _)| (0, node.0, node.1));
                 channels.push(channel);
             }
-            let parts = self.parts(&channels);
-            Course { channels, parts }
+            let parts = self.parts(&channels, clock)?;
+            Ok(Course { channels, parts })
         })
     }
 
     /// Returns the parts of a course's channels that are drawn.
-    fn parts(&self, channels: &[Arc<Channel>]) -> Vec<RiverPart> {
+    fn parts(&self, channels: &[Arc<Channel>], clock: &Clock) -> Result<Vec<RiverPart>, Stopped> {
         let mut parts: Vec<RiverPart> = Vec::new();
         let mut open: Vec<CoursePoint> = Vec::new();
         let mut last: Option<(CoursePoint, LiesIn)> = None;
         for (number, channel) in channels.iter().enumerate() {
+            clock.check()?;
             let ground = |sample: &CoursePoint| self.ground(sample, channel);
             for sample in self.samples(number, channel) {
                 let here = ground(&sample);
@@ -341,7 +346,7 @@ impl Fluvial {
             }
         }
         close(&mut parts, channels, open, None);
-        parts
+        Ok(parts)
     }
 
     /// Returns the places by which a channel of a course is drawn, both ends included, and no denser than nodes can
@@ -386,18 +391,24 @@ impl Fluvial {
     }
 
     /// Returns all rivers of the course that begins in a channel.
-    fn rivers_of(&self, top: ChannelId) -> Arc<Vec<Arc<Line>>> {
-        self.rivers.of_courses.get(top, || {
-            let course = self.course(top);
-            let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, top));
-            rivers.map(Arc::new).collect()
+    fn rivers_of(&self, top: ChannelId, clock: &Clock) -> Result<Arc<Vec<Arc<Line>>>, Stopped> {
+        self.rivers.of_courses.try_get(top, || {
+            let course = self.course(top, clock)?;
+            let rivers = course.parts.iter().filter_map(|part| self.river(&course, part, top, clock).transpose());
+            rivers.map(|river| river.map(Arc::new)).collect()
         })
     }
 
-    fn river(&self, course: &Course, part: &RiverPart, whole: ChannelId) -> Option<Line> {
+    fn river(
+        &self,
+        course: &Course,
+        part: &RiverPart,
+        whole: ChannelId,
+        clock: &Clock,
+    ) -> Result<Option<Line>, Stopped> {
         let samples = self.falling(&part.samples);
         if samples.len() < 2 {
-            return None;
+            return Ok(None);
         }
         let first = samples[0].at;
         // Relative to a vertex near by, places are small numbers with room for fractions anywhere in the world.
@@ -419,7 +430,7 @@ impl Fluvial {
         let end = part.samples[part.samples.len() - 1];
         let channel = &course.channels[end.place.0];
         let widest_m = points.iter().map(|point| point.half_width_m).fold(0.0, f64::max);
-        Some(Line {
+        Ok(Some(Line {
             id: part.id,
             kind: LineKind::River,
             class: None,
@@ -430,24 +441,24 @@ impl Fluvial {
             bounds: lines::bounds(origin, &points, widest_m / node_m),
             points,
             structures: Vec::new(),
-            end: self.end(part, channel, end.at),
+            end: self.end(part, channel, end.at, clock)?,
             bed: Bed::Natural,
             spacing_m: node_m,
-        })
+        }))
     }
 
     /// Returns what a part of a course ends in, in a channel at a point.
-    fn end(&self, part: &RiverPart, channel: &Channel, at: Point) -> LineEnd {
-        match part.end {
+    fn end(&self, part: &RiverPart, channel: &Channel, at: Point, clock: &Clock) -> Result<LineEnd, Stopped> {
+        Ok(match part.end {
             Some(LiesIn::Lake(lake)) => LineEnd::Lake(lake),
             Some(LiesIn::Sea) => LineEnd::Sea,
             Some(LiesIn::Dry | LiesIn::Channel) => LineEnd::Sink,
             None => match channel.mouth {
                 Mouth::Sea => LineEnd::Sea,
                 Mouth::Sink(_) => LineEnd::Sink,
-                Mouth::Channel(other) => self.joined(other, at).map_or(LineEnd::Sink, LineEnd::Line),
+                Mouth::Channel(other) => self.joined(other, at, clock)?.map_or(LineEnd::Sink, LineEnd::Line),
             },
-        }
+        })
     }
 
     /// Moves samples to their places in the world, with the level of their water there, and keeps those that fall.
@@ -470,13 +481,13 @@ impl Fluvial {
     }
 
     /// Returns the river to which a channel belongs at a point, or else the next river further down.
-    fn joined(&self, id: ChannelId, at: Point) -> Option<LineId> {
-        let course = self.course(self.top(id));
-        let number = course.channels.iter().position(|channel| channel.id == id)?;
+    fn joined(&self, id: ChannelId, at: Point, clock: &Clock) -> Result<Option<LineId>, Stopped> {
+        let course = self.course(self.top(id), clock)?;
+        let Some(number) = course.channels.iter().position(|channel| channel.id == id) else { return Ok(None) };
         // The point is rounded to a grain, so allow a little less.
         let place = (number, locate(&course.channels[number], at) - 1e-3);
         let reaches = |part: &&RiverPart| part.samples[part.samples.len() - 1].place >= place;
-        course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id)
+        Ok(course.parts.iter().find(reaches).or(course.parts.last()).map(|part| part.id))
     }
 }
 

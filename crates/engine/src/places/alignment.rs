@@ -2,7 +2,8 @@
 
 use glam::DVec2;
 
-use crate::fluvial::survey::{Sampling, Survey};
+use crate::clock::Clock;
+use crate::fluvial::survey::{Sampling, Surveyed};
 use crate::geometry::bilinear;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
@@ -141,9 +142,11 @@ impl Alignment {
     /// Returns the water at each point, as the corners of its grid cell have it, [`PlanScale::fine`] vertices a side.
     /// If a corner lies in a lake or the sea, so does the point, since the line to the next point may cross that water.
     /// Otherwise the nearest corner decides. `origin` is the window's first vertex.
-    pub fn waters(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<WaterKind> {
-        self.asked(origin, |x0, y0, cols, rows| {
-            let waters = land.waters(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
+    ///
+    /// Once the clock of the land stops the work, the points that are left get nothing, here and below.
+    pub fn waters(&self, land: Surveyed<'_>, origin: [i64; 2]) -> Vec<WaterKind> {
+        self.asked(land.clock, origin, |x0, y0, cols, rows| {
+            let waters = land.survey.waters(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
             move |corners: [usize; 4], share: [f64; 2]| {
                 let [right, below] = share.map(|share| usize::from(share >= 0.5));
                 let nearest = waters[corners[2 * below + right]];
@@ -153,9 +156,9 @@ impl Alignment {
     }
 
     /// Returns the height of the land at each point in metres. `origin` is the window's first vertex.
-    pub fn heights_m(&self, land: &dyn Survey, origin: [i64; 2]) -> Vec<f64> {
-        self.asked(origin, |x0, y0, cols, rows| {
-            let heights_m = land.heights_m(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
+    pub fn heights_m(&self, land: Surveyed<'_>, origin: [i64; 2]) -> Vec<f64> {
+        self.asked(land.clock, origin, |x0, y0, cols, rows| {
+            let heights_m = land.survey.heights_m(x0, y0, Sampling::whole(self.scale.fine), cols, rows);
             move |corners: [usize; 4], share| bilinear(corners.map(|corner| heights_m[corner] as f64), share)
         })
     }
@@ -164,13 +167,14 @@ impl Alignment {
     /// indices of the four corners of the point's grid cell and the point's place within the cell.
     fn asked<T, R: Fn([usize; 4], [f64; 2]) -> T>(
         &self,
+        clock: &Clock,
         origin: [i64; 2],
         ask: impl Fn(i64, i64, usize, usize) -> R,
     ) -> Vec<T> {
         let fine = self.scale.fine;
         let side = fine * FIXED;
         let mut values = Vec::with_capacity(self.points.len());
-        for chunk in self.points.chunks(CHUNK) {
+        for chunk in self.points.chunks(CHUNK).take_while(|_| clock.check().is_ok()) {
             // The grid cells belong to the world, not to the window: any window and any chunk queries the land at the
             // same vertices.
             let cells = |at: &[i64; 2]| [0, 1].map(|axis| (at[axis] + origin[axis] * FIXED).div_euclid(side));

@@ -106,13 +106,15 @@ impl RoadBuilder<'_> {
             let Some(route) = route(&conditions, outlook, ends, self.land.clock)? else { break };
             let mut culprits = BTreeSet::new();
             for softness in SOFTNESS {
-                self.land.clock.check()?;
                 let line = Alignment::along(&route, &land.scale, standard.radius_m, softness);
                 match self.on_line(&line, land, &standard, sites) {
                     Ok(points) => return Ok(Some(self.finished(class, &standard, points, sites))),
                     // Only the failures of the last softness count: that line keeps closest to the legs, which are then
                     // closed.
-                    Err(points) => culprits = points.iter().map(|point| line.leg(*point, &route)).collect(),
+                    Err(points) => {
+                        self.land.clock.check()?;
+                        culprits = points.iter().map(|point| line.leg(*point, &route)).collect();
+                    }
                 }
             }
             closed.extend(culprits.iter().map(|leg| (route.nodes[*leg], route.nodes[leg + 1])));
@@ -121,7 +123,7 @@ impl RoadBuilder<'_> {
     }
 
     /// Returns the points of a road along a line and the structures that carry them. The error lists the points of the
-    /// line where no road can be built.
+    /// line where no road can be built; none if the clock stops the work.
     fn on_line(
         &self,
         line: &Alignment,
@@ -138,14 +140,20 @@ impl RoadBuilder<'_> {
             // Most lines that fail run in a river, and the river index tells that without a query of the land.
             spans(line, &land.rivers, &vec![WaterKind::Dry; line.points.len()], standard)?;
         }
-        let waters = line.waters(self.land.survey, origin);
+        let waters = line.waters(self.land, origin);
+        if self.land.clock.check().is_err() {
+            return Err(Vec::new());
+        }
         let is_drowned = |point: &usize| waters[*point].is_open() && !line.bridged[*point];
         let drowned: Vec<usize> = (0..waters.len()).filter(is_drowned).collect();
         if !drowned.is_empty() {
             return Err(drowned);
         }
         let mut spans = spans(line, &land.rivers, &waters, standard)?;
-        let heights_m = line.heights_m(self.land.survey, origin);
+        let heights_m = line.heights_m(self.land, origin);
+        if self.land.clock.check().is_err() {
+            return Err(Vec::new());
+        }
         let ends_m = [a, b].map(|seat| f64::from(seat.height_m(&self.plans.fine.scale, self.land.survey)));
         let levelled = Levelled { line, heights_m: &heights_m, rivers: &land.rivers, standard, ends_m };
         let Some(levels_m) = levelled.levels_m(&mut spans, self.settings.clearance_m) else {

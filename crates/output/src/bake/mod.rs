@@ -179,10 +179,9 @@ impl Batch {
         let clock = &watch.clock;
         let finish = |place: Place, tile: Tile, made: Duration| {
             let start = Instant::now();
-            let take = |sink: &Box<dyn Sink + '_>| {
-                clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place, clock))?
-            };
-            let kept = sinks.iter().map(take).collect::<Result<Vec<Kept>, Error>>()?;
+            let take =
+                |sink: &dyn Sink| clock.time(&format!("paint {}", sink.name()), || sink.take(&tile, place, clock))?;
+            let kept = sinks.iter().map(|sink| take(sink.as_ref())).collect::<Result<Vec<Kept>, Error>>()?;
             let spent = made + start.elapsed();
             let pieces = clock.time(JOURNAL, || journal.record(&tile, kept, spent))??;
             if watch.add(1) == 0 && planning(world).is_some() {

@@ -75,7 +75,7 @@ impl Lake {
         rings[1..].sort_by(|a, b| a[0].partial_cmp(&b[0]).expect("places are numbers"));
         let spacing_m = fluvial.node_m();
         let area_m2 = rings.iter().fold(0.0, |sum, ring| sum + twice_area(ring) / 2.0) * spacing_m * spacing_m;
-        Ok(Some(Lake { id, rings, level_m, area_m2, outlet: fluvial.outlet(id) }))
+        Ok(Some(Lake { id, rings, level_m, area_m2, outlet: fluvial.outlet(id, clock)? }))
     }
 
     /// Tells whether a part of the lake lies in the rectangle that the outer vertices of an area span.

@@ -68,8 +68,8 @@ impl RegionWriter for CogWriter {
         })
     }
 
-    fn write_line(&mut self, line: &[u8]) -> Result<(), Error> {
-        self.push(0, line)
+    fn write_line(&mut self, line: &[u8], clock: &Clock) -> Result<(), Error> {
+        self.push(0, line, clock)
     }
 
     fn end(
@@ -123,7 +123,7 @@ impl PyramidLevel {
 
 impl CogWriter {
     /// Appends a row of pixels to a level, and writes a row of blocks when it is complete.
-    fn push(&mut self, number: usize, row: &[u8]) -> Result<(), Error> {
+    fn push(&mut self, number: usize, row: &[u8], clock: &Clock) -> Result<(), Error> {
         let level = &mut self.levels[number];
         level.rows.extend_from_slice(row);
         let rows = level.rows.len() / row.len();
@@ -133,14 +133,14 @@ impl CogWriter {
         // The buffer is given back below, so that it is not allocated again for each row of blocks.
         let mut strip = std::mem::take(&mut level.rows);
         level.done += rows;
-        self.write_blocks(number, &strip)?;
+        self.write_blocks(number, &strip, clock)?;
         if number + 1 < self.levels.len() {
             let row_bytes = row.len();
             for pair in strip.chunks(2 * row_bytes) {
                 // The last row of an odd number of rows is paired with itself.
                 let (upper, lower) = (&pair[..row_bytes], &pair[pair.len() - row_bytes..]);
                 let reduced = self.reduction.reduce(self.sample, upper, lower);
-                self.push(number + 1, &reduced)?;
+                self.push(number + 1, &reduced, clock)?;
             }
         }
         strip.clear();
@@ -150,10 +150,11 @@ impl CogWriter {
 
     /// Compresses a row of blocks and writes it to the temporary file. `strip` holds the rows of pixels of these
     /// blocks.
-    fn write_blocks(&mut self, number: usize, strip: &[u8]) -> Result<(), Error> {
+    fn write_blocks(&mut self, number: usize, strip: &[u8], clock: &Clock) -> Result<(), Error> {
         let (sample, width) = (self.sample, self.levels[number].width);
         let columns: Vec<usize> = (0..width).step_by(BLOCK).collect();
         for columns in columns.chunks(AT_ONCE) {
+            clock.check()?;
             let compress = |column: &usize| compressed(&block(strip, width, *column, sample), sample);
             let blocks: Vec<Vec<u8>> = columns.par_iter().map(compress).collect();
             for block in blocks {

@@ -84,7 +84,7 @@ pub(super) trait RegionWriter: Send + Sized {
     fn begin(drawing: &ImageDrawing, file: &RasterFile) -> Result<Self, Error>;
 
     /// Writes the next line of samples.
-    fn write_line(&mut self, line: &[u8]) -> Result<(), Error>;
+    fn write_line(&mut self, line: &[u8], clock: &Clock) -> Result<(), Error>;
 
     /// Ends the file with the statistics of all its samples, and writes its sidecar files.
     fn end(
@@ -144,7 +144,7 @@ impl<W: RegionWriter> Sink for RegionRaster<'_, W> {
             if is_told && sample.is_grey() {
                 statistics.add(line, sample);
             }
-            writer.write_line(line)
+            writer.write_line(line, clock)
         })
     }
 
@@ -159,7 +159,7 @@ impl RegionWriter for RasterWriter {
         file.begin(drawing)
     }
 
-    fn write_line(&mut self, line: &[u8]) -> Result<(), Error> {
+    fn write_line(&mut self, line: &[u8], _clock: &Clock) -> Result<(), Error> {
         self.write_rows(line)
     }
 
