@@ -94,11 +94,11 @@ fn auto_range_m(
     if options.manner.run.dry_run {
         return Ok(None);
     }
-    if let Some(range_m) = request.begun_range_m(out).filter(|_| options.folder.resume || options.add) {
-        return Ok(range_m);
-    }
-    let PlanRequest { world, region, .. } = request;
-    watched(console, options.manner.run.threads, |watch| measured_range_m(world, region, watch)).map(Some)
+    let begun = (options.folder.resume || options.add).then_some(out);
+    let measure = |world: &World, region: &Region| {
+        watched(console, options.manner.run.threads, |watch| measured_range_m(world, region, watch))
+    };
+    request.region_range_m(begun, measure)
 }
 
 /// Extends a bake to a larger region: bakes the tiles that are missing.

@@ -133,13 +133,13 @@ fn set_aside(
     };
     // All strangers are found before the first is renamed.
     let strangers = made.par_iter().map(is_stranger).collect::<Result<Vec<bool>, Stopped>>()?;
-    let rename = |record: &FileRecord| {
+    let aside = |record: &FileRecord| {
         let numbered = (1..).map(|number| folder.join(format!("{}.kept-{number}", record.path)));
         let to = numbered.into_iter().find(|to| to.symlink_metadata().is_err()).expect("some number is free");
         rename(&place(folder, record)?, &to)?;
         Ok(to)
     };
-    made.iter().zip(strangers).filter(|(_, is_stranger)| *is_stranger).map(|(record, _)| rename(record)).collect()
+    made.iter().zip(strangers).filter(|(_, is_stranger)| *is_stranger).map(|(record, _)| aside(record)).collect()
 }
 
 /// Removes the folders of a path that are empty.

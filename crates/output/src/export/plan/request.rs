@@ -74,10 +74,20 @@ impl PlanRequest {
         Ok(())
     }
 
-    /// Returns the range of 16-bit heights that a bake in a folder was begun with, if there is one: another range would
-    /// be another bake. `Some(None)` is the world's own range.
-    pub fn begun_range_m(&self, folder: &Path) -> Option<Option<[f32; 2]>> {
-        look(folder).unwrap_or_default().last().map(|begun| begun.manifest.chosen_range_m(&self.world))
+    /// Returns the range of the region's heights in metres: as recorded by the bake that goes on in a folder, otherwise
+    /// as `measure` finds it.
+    ///
+    /// # Errors
+    /// As `measure`.
+    pub fn region_range_m(
+        &self,
+        begun: Option<&Path>,
+        measure: impl FnOnce(&World, &Region) -> Result<[f32; 2], Error>,
+    ) -> Result<Option<[f32; 2]>, Error> {
+        match begun.and_then(|folder| look(folder).ok()?.pop()) {
+            Some(begun) => Ok(begun.manifest.chosen_range_m(&self.world)),
+            None => measure(&self.world, &self.region).map(Some),
+        }
     }
 
     /// Returns the checked plan.
