@@ -59,16 +59,16 @@ pub struct Style {
 pub struct TintStyle {
     /// Land of most presets, from the lowest to the highest.
     #[schemars(length(min = 2, max = 32))]
-    pub temperate: Vec<Stop>,
+    pub temperate: Vec<ColourStop>,
     /// Dry land.
     #[schemars(length(min = 2, max = 32))]
-    pub arid: Vec<Stop>,
+    pub arid: Vec<ColourStop>,
     /// High mountains.
     #[schemars(length(min = 2, max = 32))]
-    pub alpine: Vec<Stop>,
+    pub alpine: Vec<ColourStop>,
     /// The sea, from the shore to the deepest.
     #[schemars(length(min = 2, max = 32))]
-    pub sea: Vec<Stop>,
+    pub sea: Vec<ColourStop>,
     /// Number of steps in which the colours of the sea change, 0 to 20; 0 is smooth.
     #[schemars(range(min = 0, max = 20))]
     pub depth_steps: u32,
@@ -77,7 +77,8 @@ pub struct TintStyle {
 /// A colour at a place on a scale of colours.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Stop {
+#[schemars(rename = "Stop")]
+pub struct ColourStop {
     /// Place on the scale as a share of its length, 0 to 1.
     #[schemars(range(min = 0, max = 1))]
     pub at: f64,
@@ -401,7 +402,7 @@ impl JsonSchema for Colour {
 
 impl TintStyle {
     /// Returns the colours of land of a kind.
-    pub fn land(&self, tint: Tint) -> &[Stop] {
+    pub fn land(&self, tint: Tint) -> &[ColourStop] {
         match tint {
             Tint::Temperate => &self.temperate,
             Tint::Arid => &self.arid,

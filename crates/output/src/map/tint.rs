@@ -1,6 +1,6 @@
 //! Hypsometric tints: colours by height and by depth.
 
-use crate::map::style::{Stop, TintStyle};
+use crate::map::style::{ColourStop, TintStyle};
 use crate::world::World;
 
 /// Entries of a colour table: four for each of the 256 levels of a colour channel. As `f32` they take 12 KiB, which
@@ -20,7 +20,8 @@ pub(super) struct Tints {
 impl Tints {
     /// Creates the colours of a style for a world.
     pub fn new(style: &TintStyle, world: &World) -> Tints {
-        let stops = |stops: &[Stop]| -> Vec<TintStop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
+        let stops =
+            |stops: &[ColourStop]| -> Vec<TintStop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
         let mut tints = Tints::of_stops(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
         if style.depth_steps > 0 {
             // Each step has one colour, that of its middle.
