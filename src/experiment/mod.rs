@@ -1,17 +1,19 @@
-//! The experiment of the thesis: a camera walks, the terrain expands before it, and each expansion is timed.
+//! The experiment of the thesis: a camera walks, missing tiles are made around it, and each such expansion of the
+//! terrain is timed.
 //!
 //! ```text
 //!   walker/camera.rs                   time -> place: the path is fixed, so every configuration makes the same walk
-//!   baseline.rs                        place -> the tile as the thesis made it, scalar, on one thread, to compare with
-//!   mod.rs                             Options -> Walk, one for each tile size: all timings, and the picture's content
-//!   statistics.rs, summary.rs          Walks -> Report: moments, t-tests, real time
+//!   baseline.rs                        tile id -> the tile by the thesis' plain method: scalar, on one thread
+//!   mod.rs                             options -> a WalkResult for each tile size: all timings, and the picture
+//!   statistics.rs, summary.rs          WalkResults -> Report: means and deviations, t-tests, fit into a frame's time
 //!   thesis.rs                          the thesis' own results
 //!   machine.rs                         the machine that the experiment runs on
-//!   report.rs, chart.rs, picture.rs    Report, Walks -> files: tables, bars, the walk from above
+//!   report.rs, chart.rs, picture.rs    Report, WalkResults -> files: tables, a bar chart, the walk from above
 //! ```
 //!
-//! The configurations of a tile size walk side by side, step for step, and take turns to be first. So other work of the
-//! machine disturbs all of them alike, and the ratio between two means something even on a busy machine.
+//! All configurations of a tile size make the same step, one after another, before any makes the next step. Those of
+//! terrane take turns to be first; the baseline is always last. So other work on the machine slows all configurations
+//! alike, and the ratio of the times of two configurations is meaningful even on a busy machine.
 //!
 //! Based on: Grelsson (2014), chapters 5 to 7.
 
@@ -53,20 +55,22 @@ use picture::WalkPicture;
 /// Options of an experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExperimentOptions {
-    /// Cells a tile side, 16 to 4096 each. Default: the thesis' 64, 128, 256 and 512.
+    /// Tile sizes to measure, in cells per side, each 16 to 4096. Default: those of the thesis, 64, 128, 256 and 512.
     pub sizes: Vec<u32>,
     /// Methods to measure: with agents, without, or both. Default: both.
     pub agents: Vec<bool>,
-    /// Minutes that the camera walks, in its own time, up to [`MOST_MINUTES`](Camera::MOST_MINUTES). Default: 5.
+    /// Minutes that the camera walks, above 0 and up to [`MOST_MINUTES`](Camera::MOST_MINUTES), in virtual time, which
+    /// stands still while tiles are made. Default: 5.
     pub minutes: f64,
-    /// Metres a second that the camera goes, at most a tile a frame. Default: 128.
+    /// Speed of the camera in metres per second of virtual time. The camera may move by at most the width of the
+    /// smallest tile per frame. Default: 128.
     ///
-    /// The thesis does not state its camera's speed. At 128 m/s five minutes cross about 100 edges of tiles of 512 m,
-    /// enough for a 99th percentile, and about 820 of tiles of 64 m.
+    /// The thesis does not state its camera's speed. In five minutes at 128 m/s the camera crosses about 820 edges if
+    /// tiles are 64 m wide, and about 100 edges if tiles are 512 m wide: still enough for a 99th percentile.
     pub speed_m_s: f64,
     /// Devices that compute the land of tiles, each measured. Default: the CPU.
     pub engines: Vec<Engine>,
-    /// Layers of tiles around the camera's own, 1 to 16 each. Default: the thesis' 1.
+    /// Numbers of layers of tiles around the camera's tile, each 1 to 16. Default: 1, as in the thesis.
     pub layers: Vec<u32>,
     /// Numbers of tiles that a step makes. Default: all that are missing, as in the thesis.
     pub steps: Vec<Step>,
@@ -96,7 +100,7 @@ impl ExperimentOptions {
     /// Checks that there is something to measure and that all values are in their ranges.
     ///
     /// # Errors
-    /// When a value is out of its range; the hint says what would do.
+    /// When a value is out of its range, or nothing would be measured; the hint names values that are allowed.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String, hint: String| Err(Error::Option { message, hint });
         if let Some(size) = self.sizes.iter().find(|size| !TILE_CELLS.contains(size)) {
@@ -115,7 +119,7 @@ impl ExperimentOptions {
             );
         }
         let smallest = self.sizes.iter().min().copied().unwrap_or(*TILE_CELLS.start());
-        // Vertices of the thesis are a metre apart, so cells are metres.
+        // In the thesis' world a cell is one metre wide, so the side of a tile in cells is its side in metres.
         Camera::check(self.minutes, self.speed_m_s, f64::from(smallest))
     }
 
@@ -140,7 +144,7 @@ impl ExperimentOptions {
         all
     }
 
-    /// Returns the configuration of a method with the first of each list of options, on the CPU.
+    /// Returns the configuration of a method on the CPU, with the first of the layers and the first of the steps.
     fn first(&self, method: Method) -> Configuration {
         let (layers, step) =
             (self.layers.first().copied().unwrap_or(1), self.steps.first().copied().unwrap_or(Step::All));
@@ -154,7 +158,7 @@ impl ExperimentOptions {
 pub enum Engine {
     /// The CPU.
     Cpu,
-    /// A GPU, in square groups of threads.
+    /// A GPU, whose threads work in square groups.
     Gpu {
         /// Threads along a side of a group: 8, 16 or 32.
         group_side: u32,
@@ -178,7 +182,7 @@ impl Engine {
 pub enum Step {
     /// All missing tiles.
     All,
-    /// At most one, the nearest missing tile: the next ones come with the next frames.
+    /// Only the nearest missing tile. Other missing tiles are made at the following frames, one at each.
     One,
 }
 
@@ -189,11 +193,12 @@ pub struct Configuration {
     pub method: Method,
     /// Device that computes their land.
     pub engine: Engine,
-    /// Layers of tiles around the camera's own.
+    /// Number of layers of tiles around the camera's tile.
     pub layers: u32,
     /// Number of tiles that a step makes.
     pub step: Step,
-    /// Threads that the configuration may use; none: all of the experiment's. The baseline has one.
+    /// Number of threads that the configuration may use; `None` stands for all threads of the current rayon pool. The
+    /// baseline has `None` too, but uses one thread.
     pub threads: Option<usize>,
 }
 
@@ -234,7 +239,7 @@ impl Configuration {
         differs.into_iter().filter(|differs| *differs).count()
     }
 
-    /// Tells whether a step of both configurations makes the same tiles.
+    /// True if both configurations make the same tiles at each step, so that their times can be compared.
     fn expands_as(self, other: Configuration) -> bool {
         (self.layers, self.step) == (other.layers, other.step)
     }
@@ -266,7 +271,7 @@ impl Method {
 /// One expansion of the terrain: the tiles that a step of the camera makes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// Seconds of the camera's time.
+    /// Moment of the expansion in seconds since the start of the walk, in the camera's virtual time.
     pub time_s: f64,
     /// Number of tiles that were made.
     pub tiles: usize,
@@ -277,7 +282,7 @@ pub struct Timing {
 /// All expansions of one configuration.
 #[derive(Debug)]
 pub struct Series {
-    /// The configuration that made its tiles.
+    /// The configuration that is measured.
     pub configuration: Configuration,
     /// The expansions, in order.
     pub timings: Vec<Timing>,
@@ -288,7 +293,7 @@ pub struct Series {
 /// The walk over tiles of one size, in all configurations.
 #[derive(Debug)]
 pub struct WalkResult {
-    /// Cells a tile side.
+    /// Cells per side of a tile.
     pub tile_cells: u32,
     /// The results of each configuration.
     pub series: Vec<Series>,
@@ -299,11 +304,12 @@ pub struct WalkResult {
 
 /// Walks over tiles of one size and measures all configurations, on the threads of the current rayon pool.
 ///
-/// For each configuration but the baseline, the walk holds the tiles around the camera: about 45 bytes a vertex, and
-/// nine tiles where there is one layer.
+/// Each configuration except the baseline keeps its own tiles around the camera in memory: nine tiles if it has one
+/// layer, and about 45 bytes for each vertex of a tile.
 ///
 /// # Errors
-/// When an option is out of its range, a GPU or threads that are asked for are not available, or the work is stopped.
+/// When an option is out of its range, when a GPU or threads that the options name are not available, or when the work
+/// is stopped.
 pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result<WalkResult, Error> {
     options.check()?;
     let world = world(tile_cells)?;
@@ -313,9 +319,9 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result
     let place = |frame: u64| camera.position_m(frame as f64 / FRAMES_A_SECOND);
     let series = |configuration| Series { configuration, timings: Vec::new(), stages: Vec::new() };
     let mut series: Vec<Series> = options.configurations().into_iter().map(series).collect();
-    // Each walker makes the tiles around the start here, so they are there before the first step.
     let makers = options.engines.iter().map(|engine| Ok((*engine, engine.maker(&world)?)));
     let makers = makers.collect::<Result<Vec<_>, Error>>()?;
+    // A new walker makes the tiles around its start at once, so the time of these tiles is in no step.
     let walker = |configuration: Configuration| {
         let of = makers.iter().find(|(engine, _)| *engine == configuration.engine);
         let maker = of.map_or_else(|| Engine::Cpu.maker(&world), |(_, maker)| Ok(Arc::clone(maker)))?;
@@ -332,7 +338,8 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result
     let ours = series.iter().map(|series| series.configuration).filter(|it| it.method != Method::Baseline);
     let mut walkers = ours.map(walker).collect::<Result<Vec<Walking>, Error>>()?;
     if walkers.is_empty() {
-        // Without another walker, this one finds the tiles that the baseline has to make.
+        // Only the baseline is measured. This walker is not measured: it tells which tiles the baseline has to make at
+        // each step.
         walkers.push(walker(options.first(Method::NoAgents))?);
     }
     let stages_at_start: Vec<_> = walkers.iter().map(|walking| walking.walker.clock().stages()).collect();
@@ -347,7 +354,8 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result
         let time_s = frame as f64 / FRAMES_A_SECOND;
         let mut is_idle = true;
         let mut entered_by_first = Vec::new();
-        // The first walker after the baseline finds the caches cold, so each time another walker is first.
+        // The baseline comes last in a step, and replaces the walkers' data in the CPU's caches. This slows the first
+        // walker of the next step, so the walkers take turns to be first.
         for turn in 0..walkers.len() {
             let index = (turn + turns) % walkers.len();
             let walking = &mut walkers[index];
@@ -366,13 +374,14 @@ pub fn walk(options: &ExperimentOptions, tile_cells: u32, stop: &Stop) -> Result
             }
         }
         turns += usize::from(!is_idle);
-        // The baseline is the last in the tables. It makes the tiles that the first walker has made.
+        // If the baseline is measured, the last series is that of the baseline. The baseline makes the same tiles that
+        // walker 0 has made at this step.
         if let (Some(baseline), Some(series)) = (&baseline, series.last_mut())
             && !entered_by_first.is_empty()
         {
             let start = Instant::now();
             for id in &entered_by_first {
-                // Otherwise the compiler could leave out a tile that nobody reads.
+                // Nobody reads the tile, and without `black_box` the compiler could leave out its making.
                 black_box(baseline.tile(*id, &baseline_clock)?);
             }
             let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -429,7 +438,8 @@ fn since(before: &[(String, Duration)], after: Vec<(String, Duration)>) -> Vec<(
 fn world(tile_cells: u32) -> Result<World, Error> {
     let (_, mut preset) = Preset::load("thesis")?;
     preset.tile_cells = tile_cells;
-    // On tiles smaller than the thesis' smallest, beds are made as narrow as such a tile can hold.
+    // Rivers, banks, roads and shoulders may be at most a quarter of a tile wide. Tiles smaller than those of the
+    // thesis need narrower ones than the preset has.
     let most_m = tile_cells as f64 * preset.spacing_m / 4.0;
     let rivers = preset.rivers.get_or_insert_default();
     rivers.width_m = rivers.width_m.map(|width_m| width_m.min(most_m));
@@ -460,7 +470,8 @@ mod tests {
             assert!(series.timings.iter().all(|timing| timing.elapsed_ms > 0.0));
             assert!(!series.stages.is_empty(), "{:?}", series.configuration);
         }
-        // 768 m at thirty degrees cross (cos + sin) * 768 / 16 edges, a corner counting once.
+        // A path of 768 m at thirty degrees to the tiles' sides crosses (cos + sin) * 768 / 16, about 66 edges. Near a
+        // corner two edges may be crossed in one frame, which is one expansion.
         let expansions = walk.series[0].timings.len();
         assert!((55..=66).contains(&expansions), "{expansions} expansions");
         let picture = walk.picture.to_png();
@@ -505,7 +516,7 @@ mod tests {
             layers: vec![1, 2],
             steps: vec![Step::All, Step::One],
             threads: vec![None, Some(1)],
-            // At this speed one tile a step suffices.
+            // The camera is slow enough that one tile a step keeps up with it.
             speed_m_s: 40.0,
             minutes: 0.2,
             ..short(&[16])
@@ -518,7 +529,8 @@ mod tests {
             assert_eq!(tiles(name), tiles(&format!("{name} 1 thread")), "{name}");
         }
         assert_eq!(tiles("baseline"), tiles("agents"));
-        // All at once or one by one, the walk makes the same tiles but for the last few.
+        // The walk that makes all missing tiles at once and the walk that makes one a step make the same tiles, except
+        // for the last few, which the second walk has not made when it ends.
         let (all, one) = (tiles("agents 2 layers"), tiles("agents 2 layers tile by tile"));
         assert!(
             one.iter().all(|tiles| *tiles == 1) && all.iter().all(|tiles| (5..=9).contains(tiles)),

@@ -1,8 +1,9 @@
 //! The engine of terrane: makes the tiles, lines and features of a world from a preset and a seed, and finds places in
 //! it.
 //!
-//! Use the crate `terrane` instead: it has these modules under its own name, and documents how they work together.
-//! Items that only terrane's own crates need are public here but not there, and may change with any version.
+//! Other programs use the crate `terrane`: it re-exports these modules, and documents how they work together. Some
+//! items are public only so that the other crates of terrane can use them. `terrane` does not re-export these items,
+//! and any version may change them.
 
 pub mod stop;
 pub mod error;

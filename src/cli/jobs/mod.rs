@@ -1,6 +1,6 @@
-//! Jobs that bake in shards, for job schedulers: templates for two of them (Slurm, Kubernetes), and plain commands for
-//! all others. Each shard is baked by the same command, which may be repeated until it succeeds, and shards do not
-//! depend on each other.
+//! Jobs that bake a region in shards: from a template for each of the job schedulers Slurm and Kubernetes, and as plain
+//! commands for any other program. The commands of two shards differ only in the number of the shard. A command that
+//! fails may be run again until it succeeds, and no shard waits for another.
 
 use std::fmt::Write;
 
@@ -10,19 +10,23 @@ use crate::shell::quoted;
 
 /// A bake in shards, and the resources that each shard takes.
 pub(super) struct ShardedBake {
-    /// Words of the command that bakes the whole region, without the folder.
+    /// Words of the command that bakes the whole region, without the option `--out`.
     pub bake: Vec<String>,
     /// The folder of the bake.
     pub out: String,
+    /// Number of shards.
     pub shards: u64,
-    /// Resources of a shard: threads, largest number of bytes of memory, and estimated seconds.
+    /// Number of threads of a shard.
     pub threads: usize,
+    /// Largest number of bytes of memory that a shard takes.
     pub memory_bytes: u64,
+    /// Estimated number of seconds that a shard takes.
     pub seconds: f64,
     /// Largest number of bytes of memory that the merge takes.
     pub merge_memory_bytes: u64,
-    /// Kubernetes: the container image of the pods, and the claim of the volume that they share.
+    /// Name of the container image that the pods run, for Kubernetes only.
     pub image: String,
+    /// Name of the persistent volume claim whose volume all pods share, for Kubernetes only.
     pub claim: String,
 }
 
@@ -72,7 +76,8 @@ impl ShardedBake {
         self.filled(include_str!("kubernetes.yaml"), &head, &fields)
     }
 
-    /// Returns one command per line: the shards, in any order and in parallel if wished, and last the merge.
+    /// Returns one command per line: first one for each shard, then the merge. The commands of shards may run in any
+    /// order and in parallel; the merge must run after all of them.
     fn commands(&self) -> String {
         let mut text =
             self.head("Any program may run the lines, in any order and side by side, but for the last: the merge.");
@@ -93,7 +98,8 @@ impl ShardedBake {
             ("memory_mib", self.memory_bytes.div_ceil(1 << 20).to_string()),
             ("merge_memory_mib", self.merge_memory_bytes.div_ceil(1 << 20).to_string()),
         ];
-        // Go through the template piece by piece, so that field names in the user's texts are not replaced.
+        // Go through the template once, from start to end. The values that are filled in are not searched for fields,
+        // because a name that the user chose, such as the folder's, may look like a field.
         let mut text = String::new();
         let mut rest = template;
         while let Some(at) = rest.find('{') {
@@ -120,7 +126,7 @@ impl ShardedBake {
         )
     }
 
-    /// Returns the command of a shard; `number` is its number as shell text, so it may be a variable.
+    /// Returns the command of a shard. `number` is pasted into the command, so it is a number or a shell variable.
     fn shard(&self, number: &str) -> String {
         let words: Vec<String> = self.bake.iter().map(|word| quoted(word)).collect();
         let (words, of, folder) = (words.join(" "), self.shards, self.folder(number));
@@ -131,7 +137,8 @@ impl ShardedBake {
         format!("terrane merge {} --resume --quiet --out {}", self.folder("*"), quoted(&self.out))
     }
 
-    /// Returns the folder of a shard; `number` is shell text here too.
+    /// Returns the folder of a shard, quoted for a shell. `number` stands outside the quotes: it is a number, a shell
+    /// variable, or `*` for the folders of all shards.
     fn folder(&self, number: &str) -> String {
         format!("{}/{number}of{}", quoted(&self.shards_folder()), self.shards)
     }

@@ -46,7 +46,8 @@ impl Face {
         Font(LOADED[self as usize].get_or_init(|| self.load()))
     }
 
-    /// Returns the name of the style as it ends the full name of the font.
+    /// Returns the name of the face's font without the family. The full name is `Libertinus Serif`, a space and this
+    /// name.
     fn style_name(self) -> &'static str {
         match self {
             Face::Regular => "Regular",
@@ -69,12 +70,13 @@ impl Face {
     }
 }
 
-/// A face, and the font of a style's file, which replaces the face for the letters that the file has.
+/// The one or two fonts of a text: the font file that the map's style names, if it names one, and a built-in face. The
+/// face draws the letters that the file lacks.
 #[derive(Clone, Copy, Debug)]
 pub struct Typeface {
-    /// The face.
+    /// The built-in face.
     pub face: Face,
-    /// The font of the style's file, if there is one.
+    /// The font of the file that the map's style names; `None` if the style names none.
     pub own: Option<Font>,
 }
 
@@ -85,13 +87,13 @@ impl From<Face> for Typeface {
 }
 
 impl Typeface {
-    /// Returns the preferred font: that of the file, or else that of the face.
+    /// Returns the preferred font: the one from the file if there is a file, otherwise the one of the face.
     pub fn font(self) -> Font {
         self.own.unwrap_or_else(|| self.face.font())
     }
 
-    /// Returns the font for a letter: that of the file, or else that of the face, if it has the letter. If neither has
-    /// it, returns the preferred font, which shows its box for missing letters.
+    /// Returns the font that draws a letter: the preferred font if it has the letter, otherwise the font of the face.
+    /// If both lack the letter, returns the preferred font, which draws a box in place of the letter.
     pub fn font_of(self, letter: char) -> Font {
         let mut fonts = self.own.into_iter().chain([self.face.font()]);
         fonts.find(|font| font.glyph_of(letter).is_some()).unwrap_or_else(|| self.font())
@@ -125,15 +127,15 @@ impl Debug for Font {
     }
 }
 
-/// Largest size of a font file in bytes. A larger file is taken for something else.
+/// Largest size in bytes of a file that is read as a font. A larger file is refused unread: it is hardly a font.
 const MAX_BYTES: u64 = 64 << 20;
 
 impl Font {
-    /// Reads the font of a TrueType or OpenType file: the first font of a collection, the default instance of a
-    /// variable font.
+    /// Reads a font from a TrueType or OpenType file. If the file is a collection, reads its first font; if the font is
+    /// variable, takes its default instance.
     ///
     /// # Errors
-    /// When the file cannot be read as a font. The message is worded to follow the name of the file.
+    /// When the file cannot be read as a font. The message has no subject: the caller puts the file's name before it.
     pub fn read(path: &Path) -> Result<Font, String> {
         // Fonts stay in memory for good, so the same file is kept only once.
         static READ: Mutex<Vec<&'static LoadedFont>> = Mutex::new(Vec::new());
@@ -166,7 +168,7 @@ impl Font {
         &self.0.family
     }
 
-    /// Returns the weight of the font as CSS counts: 400 is text, 700 bold.
+    /// Returns the weight of the font on the scale of CSS: 400 is regular, 700 is bold.
     pub fn weight(self) -> u16 {
         self.0.weight
     }
@@ -176,12 +178,12 @@ impl Font {
         self.0.is_slanted
     }
 
-    /// Returns the shaper for text of the font.
+    /// Returns the font in the form that the text shaper (harfrust) reads.
     pub(super) fn shaper(self) -> &'static Shaper {
         &self.0.shaper
     }
 
-    /// Returns a table of the font file, if it has one of that tag.
+    /// Returns the table of the font file that has this tag; `None` if the file has no such table.
     pub fn table(self, tag: [u8; 4]) -> Option<&'static [u8]> {
         self.0.outlines.table_data(Tag::new(&tag)).map(|table| table.as_bytes())
     }
@@ -191,20 +193,21 @@ impl Font {
         &self.0.outlines
     }
 
-    /// Returns the metrics of the font in font units, of which `units_per_em` are the font size.
+    /// Returns the metrics of the font in font units. A font size is `units_per_em` font units.
     pub(super) fn metrics(self) -> &'static Metrics {
         &self.0.metrics
     }
 
-    /// Returns the ascent, the descent and the height of capitals, in thousandths of the font's size, upwards from the
-    /// baseline.
+    /// Returns the ascent, the descent and the height of capitals, in thousandths of the font's size. Up is positive,
+    /// so the descent, which lies below the baseline, is negative.
     pub fn heights(self) -> [f32; 3] {
         let metrics = &self.0.metrics;
         let heights = [metrics.ascent, metrics.descent, metrics.cap_height.unwrap_or(metrics.ascent)];
         heights.map(|units| units * 1000.0 / f32::from(metrics.units_per_em))
     }
 
-    /// Returns the glyph of a letter that stands alone, if the font has it.
+    /// Returns the glyph that the font's character map has for a letter, without ligatures or contextual forms; `None`
+    /// if the font lacks the letter.
     pub fn glyph_of(self, letter: char) -> Option<u16> {
         let glyph = self.0.outlines.charmap().map(letter)?;
         u16::try_from(glyph.to_u32()).ok().filter(|glyph| *glyph != 0)
@@ -248,8 +251,8 @@ impl LoadedFont {
 
 #[cfg(test)]
 impl Font {
-    /// Returns DejaVu Sans Mono, which a crate ships and which has quadratic outlines, read from a file as a user's
-    /// font is.
+    /// Writes DejaVu Sans Mono, which is in the crate `typst_assets`, to a file and reads it from there, as a user's
+    /// font is read. Its outlines are quadratic, and those of the built-in faces are cubic.
     pub(crate) fn of_file() -> Font {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("own.ttf");

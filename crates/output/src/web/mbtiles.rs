@@ -1,9 +1,9 @@
 //! An MBTiles archive: all tiles of a set in one SQLite database, as desktop programs and tile servers read it.
 //!
-//! Based on: Mapbox, MBTiles 1.3. Rows are counted from the south. Equal tiles are stored once: `tiles` is a view of
-//! places and pictures, as the specification proposes. All tiles have 256 pixels per side, because GDAL before its
-//! version 3.10 and many other programs accept no other size. Dense tiles are cut into four tiles of the next zoom
-//! level.
+//! Based on: Mapbox, MBTiles 1.3. Rows are counted from the south. Tiles with the same picture share one copy of it:
+//! the table `map` has the places of tiles, the table `images` the pictures, and the SQL view `tiles` joins both, as
+//! the specification proposes. All tiles have 256 pixels per side, because GDAL before its version 3.10 and many other
+//! programs accept no other size. So a dense tile, which has 512, is cut into four tiles of the next zoom level.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use crate::web::pyramid::TilePlace;
 /// The application id `MPBX` in the database's header, by which `file` and GDAL recognise MBTiles.
 const APPLICATION_ID: i32 = i32::from_be_bytes(*b"MPBX");
 
-/// Bytes of a picture's hash that are enough to tell it from all others.
+/// Length in bytes of a picture's id: the beginning of the picture's hash, long enough to differ from all other ids.
 const ID_BYTES: usize = 16;
 
 const SCHEMA: &str = include_str!("mbtiles.sql");
@@ -26,13 +26,14 @@ const SCHEMA: &str = include_str!("mbtiles.sql");
 /// An archive that is being written.
 pub(super) struct MbTiles {
     path: PathBuf,
-    /// Declared before the file, so that the database is closed before an abandoned file is removed.
+    /// The open database. Fields are dropped in order, so this one stands before `file`: the database is closed before
+    /// the file of an unfinished archive is removed.
     connection: Connection,
     file: PartFile,
 }
 
 impl MbTiles {
-    /// Creates the archive that will be at `path`.
+    /// Creates the archive under a temporary name. [`finish`](MbTiles::finish) renames it to `path`.
     pub fn create(path: PathBuf, format: &str, about: &Described) -> Result<MbTiles, Error> {
         let mut file = PartFile::create(path.clone())?;
         let connection = open(file.lend(), format, about).map_err(sqlite_error(&path))?;
