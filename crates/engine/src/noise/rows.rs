@@ -1,10 +1,10 @@
 //! Noise row by row, for short waves: values that the vertices of a row share are computed once.
 //!
-//! A row of vertices runs between two rows of lattice points, at a constant distance from each. A vertex is reached by
-//! at most two points of such a row, the next to the west and the next to the east: a bump is sqrt(2) wide, and the
-//! points are `EDGE` apart, which is more than half of that. So four bumps are added, without determining in which
-//! triangle the vertex lies. Their gradients are picked from a short stretch of the row of points, so no hash is
-//! computed per vertex.
+//! A row of vertices runs between two rows of lattice points, at a constant distance from each. From each of these two
+//! rows only the bumps of two points reach a vertex: of the next point to the west and the next to the east. The reason
+//! is that a bump reaches sqrt(1/2) lattice units to each side, less than the distance `EDGE` between the points. So
+//! four bumps are added for each vertex, without determining in which triangle the vertex lies. The gradients of all
+//! points of a row that a block needs are computed once, so no hash is computed per vertex.
 
 #[cfg(feature = "gpu")]
 use super::gpu_words::SideWords;
@@ -16,11 +16,11 @@ use crate::simd::{MAX_LANES, Simd};
 #[cfg(feature = "gpu")]
 use crate::wgsl::push;
 
-/// Number of points of a row that a block can need: as many as it has columns, and a vector more, since tables are read
-/// in whole vectors.
+/// Number of gradients that a [`PointRow`] has room for. A block needs fewer than `COLUMNS + 3` points of a row, and
+/// up to one vector of gradients is read beyond these; [`RowWise::new`] checks that there is room.
 const POINTS: usize = 96;
 
-/// Largest number of vectors in a row of a block: with four lanes, the fewest.
+/// Largest number of vectors in a row of a block. Vectors have at least four lanes, and blocks at most 64 columns.
 const MOST_VECTORS: usize = 16;
 
 /// Constants for evaluating an octave row by row, for blocks `COLUMNS` wide.
@@ -28,11 +28,12 @@ const MOST_VECTORS: usize = 16;
 pub(super) struct RowWise<const COLUMNS: usize> {
     /// Change of u for each column.
     pub columns: [u32; COLUMNS],
-    /// Components of the gradients east and south, scaled to fit fractions of u and v.
+    /// Eastern and southern components of the gradients in the units of `du` and `dv`: multiplied by the distance
+    /// between the points of a row and between rows, and by the factor of the octave.
     pub gradients: [[f32; 16]; 2],
 }
 
-/// The gradients of a stretch of a row of points.
+/// The gradients of consecutive points in a row of points.
 #[derive(Clone, Copy)]
 struct PointRow {
     v: u32,
@@ -63,10 +64,10 @@ impl PointRows {
 struct Between {
     /// The number of the northern row.
     v: u32,
-    /// Distance from the northern row to the vertices, in row distances.
+    /// Distance from the northern row to the vertices, as a share of the distance between the two rows, 0 to 1.
     below: f64,
-    /// Position of the first vertex along each row, in points: each row is shifted by half a point against the one
-    /// before.
+    /// Position of the first vertex along each of the two rows of points, in distances between points, in fixed point.
+    /// The positions differ by half a distance, because the southern row is shifted west by this much.
     along: [u128; 2],
 }
 
@@ -78,19 +79,20 @@ impl Between {
         Between { v: cell(v), below: fraction(v), along: [from_north, from_north.wrapping_add(HALF)] }
     }
 
-    /// Returns the number of a row of points.
+    /// Returns the number of the row of points on a side: 0 is north, 1 is south.
     #[inline(always)]
     fn row(&self, side: usize) -> u32 {
         self.v.wrapping_add(side as u32)
     }
 
-    /// Returns the distance from a row of points to the vertices, in row distances.
+    /// Returns the distance south from a row of points to the vertices, as a share of the distance between the two
+    /// rows. For the southern row it is negative.
     #[inline(always)]
     fn dv(&self, side: usize) -> f32 {
         (self.below - side as f64) as f32
     }
 
-    /// Returns `3/4 (1 - dv^2)`, the height of the bumps' base.
+    /// Returns `3/4 (1 - dv^2)`: the part of the bumps' formula that is the same for all vertices of the row.
     #[inline(always)]
     fn base(&self, side: usize) -> f32 {
         let dv = self.below - side as f64;
@@ -102,13 +104,15 @@ impl Between {
 #[derive(Clone, Copy)]
 struct RowSide<'a> {
     points: &'a PointRow,
-    /// For each vector of vertices, the number of the last point west of its first vertex, and the position of the
-    /// block's first vertex relative to that point, in a lane's fixed point.
+    /// For each vector of vertices, the index in `points` of the last point that is not east of the vector's first
+    /// vertex.
     first: [u32; MOST_VECTORS],
+    /// For each vector of vertices, the position of the block's first vertex relative to the point in `first`, in a
+    /// lane's fixed point. It wraps if it is negative.
     start: [u32; MOST_VECTORS],
-    /// Distance from the points to the vertices, in row distances.
+    /// Distance south from the points to the vertices, as in [`Between::dv`].
     dv: f32,
-    /// `3/4 (1 - dv^2)`: the height of the bumps' base.
+    /// The part of the bumps' formula that is the same for all vertices of the row, as in [`Between::base`].
     base: f32,
 }
 
@@ -119,8 +123,9 @@ pub(super) struct VertexRow<'a> {
     south: RowSide<'a>,
 }
 
-/// Appends the words of the row of vertices whose first vertex in the block is at `position`: the number of the
-/// northern row of points, and the two rows of points beside the row.
+/// Appends to `words` the data from which a GPU computes the noise of one row of vertices: the number of the northern
+/// row of points, then [`SideWords`] for the northern and the southern row. `position` is that of the row's first
+/// vertex in the block.
 #[cfg(feature = "gpu")]
 pub(super) fn pack_row(position: [u128; 2], words: &mut Vec<u32>) {
     let between = Between::new(position);
@@ -132,9 +137,11 @@ pub(super) fn pack_row(position: [u128; 2], words: &mut Vec<u32>) {
 }
 
 impl<const COLUMNS: usize> RowWise<COLUMNS> {
-    /// The highest frequency at which a vector of points, of eight points at least, serves a vector of vertices. The
-    /// last of `n` vertices is `(n - 1) sqrt(3/2) frequency` points after the first vertex, which is up to one point
-    /// after the first point; and one more point is needed to its east. For `n` = 8 that is 7.92 points.
+    /// Highest frequency of an octave in lattice units per vertex. Up to this frequency, all points that a vector of
+    /// `n` vertices needs are among the `max(8, n)` points from which [`Simd::pick`] can pick. The first vertex lies up
+    /// to one point east of the first of these points, and the last vertex `(n - 1) sqrt(3/2) frequency` points east of
+    /// the first vertex. The point to the east of the last vertex is one point more. For `n` = 8 the sum is 7.92
+    /// points.
     pub const MAX_FREQUENCY: f64 = 0.69;
 
     /// Makes the constants of an octave; its noise is multiplied by `scale`.
@@ -158,8 +165,8 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let north = self.point_row(simd, between.row(0), cell(between.along[0]), points);
         let south = self.point_row(simd, between.row(1), cell(between.along[1]), points);
         let side = |side: usize, place: usize| {
-            // Each vector counts points from one of its own, so that its numbers are small enough to pick from a short
-            // slice.
+            // Each vector counts points from the last one that is not east of its first vertex. So all the counts are
+            // small, and `Simd::pick`, which looks at a few gradients only, can serve the vector.
             let (mut firsts, mut starts) = ([0; MOST_VECTORS], [0; MOST_VECTORS]);
             let start = lane_fraction(between.along[side]);
             for ((first, from), columns) in firsts.iter_mut().zip(&mut starts).zip(self.columns.chunks_exact(S::LANES))
@@ -178,7 +185,7 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         VertexRow { north: side(0, north), south: side(1, south) }
     }
 
-    /// Computes the gradients of a row of points, unless they are there already, and returns the row's place.
+    /// Computes the gradients of a row of points, unless `points` has them, and returns the row's index in `points`.
     #[inline(always)]
     fn point_row<S: Simd>(&self, simd: S, v: u32, first_u: u32, points: &mut PointRows) -> usize {
         // Of two neighbouring rows one is even and one is odd, so neither overwrites the other while both are needed.
@@ -193,8 +200,9 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         let of_v = simd.splat_u32(hash::of_v(v));
         let mut of_u = hash::of_u_lanes(simd, first_u, simd.lane_numbers());
         let step = simd.splat_u32(hash::of_u(S::LANES as u32));
-        // One point more for the fraction with which the row starts, one for the point to the east, one since the first
-        // is number 0; and a vector is read beyond the last.
+        // The shift drops the fraction of the last vertex's distance from the first. Add one point because the two
+        // vertices' fractions may sum to 1 or more, one for the point east of the last vertex, and one because points
+        // are counted from 0. Add a vector because gradients are read in whole vectors.
         let needed = (self.columns[COLUMNS - 1] >> LANE_FRACTION_BITS) as usize + 3 + S::LANES;
         let vectors = row.gradient_x.chunks_exact_mut(S::LANES).zip(row.gradient_y.chunks_exact_mut(S::LANES));
         for (x, y) in vectors.take(needed.div_ceil(S::LANES)) {
@@ -212,8 +220,9 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
         self.bumps(simd, &row.north, column) + self.bumps(simd, &row.south, column)
     }
 
-    /// Returns the bumps of one row of points: `(3/4 (1 - dv^2) - du^2)^4`, which is `3/2 (1/2 - d.d)` to the fourth
-    /// power, times the slope.
+    /// Returns the sum of the bumps of one row of points at `LANES` vertices, from `column` on. A bump is the slope
+    /// times `(3/4 (1 - dv^2) - du^2)^4`, which is `(3/2 (1/2 - d.d))^4` with `d` the vector from the point to the
+    /// vertex.
     #[inline(always)]
     fn bumps<S: Simd>(&self, simd: S, side: &RowSide<'_>, column: usize) -> S::F32 {
         let columns = &self.columns[column..column + S::LANES];
@@ -229,7 +238,8 @@ impl<const COLUMNS: usize> RowWise<COLUMNS> {
     }
 }
 
-/// Returns the bumps of points in a row, given by their numbers, at vertices `du` away along the row.
+/// Returns in each lane the bump of one point at one vertex. `point` is the point's number after `first`, and `du` the
+/// vertex's distance east of the point.
 #[inline(always)]
 fn bump<S: Simd>(simd: S, side: &RowSide<'_>, first: usize, point: S::U32, du: S::F32) -> S::F32 {
     let t = simd.max(simd.splat(side.base) - du * du, simd.splat(0.0));

@@ -14,7 +14,8 @@ use crate::clock::Clock;
 use crate::grid::Grid;
 use crate::stop::Stopped;
 
-/// Parts per cell, for places between the vertices of the raster.
+/// Number of parts into which the side of a cell is divided. Positions are whole numbers of parts, so points of shores
+/// and banks can lie between the vertices of the raster.
 pub const PARTS: i32 = 256;
 
 /// A vertex of a ground.
@@ -48,10 +49,11 @@ impl Ground {
         Ground { cells: surface.cells, vertices, triangles: surface.triangles.clone() }
     }
 
-    /// Cuts the shores and banks of waters into a surface. Elsewhere the ground has all vertices of the surface, and
-    /// more of them where a vertex of the raster would otherwise lie more than `bound_m` metres above or below it.
-    /// Vertices under water do not count, because the ground there lies below the water's surface and may differ from
-    /// the raster. Without a bound, the surface must have every vertex.
+    /// Cuts the shores and banks of waters into a surface. Away from shores and banks the ground has all vertices of
+    /// the surface. Further vertices of the raster are added until none of them lies more than `bound_m` metres above
+    /// or below the ground. Vertices under water are not checked, because the ground there lies below the water's
+    /// surface and may differ from the raster. If `bound_m` is `None`, the surface must have all vertices of the
+    /// raster.
     ///
     /// # Errors
     /// When `clock` stops the work.
@@ -66,8 +68,8 @@ impl Ground {
         let Some(bound_m) = bound_m else { return Ok(cut_cells::cut(surface, heights, area, waters)) };
         let side = i64::from(surface.cells) * i64::from(PARTS);
         let points = waters.points();
-        // Drop vertices so near to a shore that they would make slivers, but not on the tile's edge, or neighbours
-        // would not meet.
+        // Drop vertices that are so near to a shore that triangles between both would be slivers. Keep those on the
+        // tile's edge, because the neighbouring tile has them too, and its mesh must meet this one.
         let taken: HashSet<[i64; 2]> = points.iter().map(|point| point.place).collect();
         let crowd = Crowd::new(&points);
         let mut vertices: Vec<CutVertex<f32>> = Vec::with_capacity(surface.vertices.len() + points.len());
@@ -91,7 +93,8 @@ impl Ground {
         });
         let corner = |vertex: FixedVertexHandle| vertex.index() as u32;
         let triangles = cut.inner_faces().map(|face| {
-            // Spade turns counter-clockwise with y up, which is clockwise with y south.
+            // Spade lists corners counter-clockwise, for a y axis that points up. Here y points south, so its order is
+            // clockwise as seen from above. Swap two corners to make it counter-clockwise.
             let [a, b, c] = face.vertices().map(|vertex| corner(vertex.fix()));
             [a, c, b]
         });
@@ -111,9 +114,9 @@ fn height(heights: &Grid<f32>, area: Area, [column, row]: [u32; 2]) -> f32 {
 
 type CutFace<'a> = FaceHandle<'a, InnerTag, CutVertex<f32>, (), CdtEdge<()>, ()>;
 
-/// Inserts the vertices of the raster that would otherwise lie too far from the triangles. That happens at shores, and
-/// where four vertices of the surface lie on one circle, so that the triangles between them may differ from the
-/// surface's.
+/// Inserts vertices of the raster until none lies more than `bound_m` metres above or below its triangle. Some do at
+/// first: near shores, and where four vertices of the surface lie on one circle. Either diagonal
+/// may cut the quadrilateral between such four into triangles, and the cut surface may have the other one.
 fn refine(
     cut: &mut EdgedTriangulation<f32>,
     heights: &Grid<f32>,
@@ -122,13 +125,14 @@ fn refine(
     bound_m: f64,
     clock: &Clock,
 ) -> Result<(), Stopped> {
-    // Keep faces by their corners, since face numbers change.
+    // Remember triangles by their corners, because each insertion may change the numbers of faces.
     let corners = |face: CutFace| face.vertices().map(|vertex| *vertex.data());
     let mut open: Vec<[CutVertex<f32>; 3]> = cut.inner_faces().map(corners).collect();
     while let Some(triangle) = open.pop() {
         clock.check()?;
         let Some(at) = furthest(triangle, heights, area, waters, bound_m) else { continue };
-        // A triangle that has been replaced may still be looked at. The triangles that replaced it are looked at too.
+        // An earlier insertion may have replaced this triangle. Then this vertex may be unnecessary, which does no
+        // harm, and no vertex is missed, because the triangles that replaced this one are checked too.
         let place = at.map(|at| i64::from(at) * i64::from(PARTS));
         let vertex = CutVertex { place, is: height(heights, area, at) };
         let before = cut.num_vertices();
@@ -140,7 +144,8 @@ fn refine(
     Ok(())
 }
 
-/// Finds the vertex of the raster that is furthest from a triangle, beyond the bound and not under water.
+/// Finds the vertex of the raster that lies furthest above or below a triangle, among those in the triangle that are
+/// not under water. Returns `None` if none lies more than `bound_m` metres away.
 fn furthest(
     triangle: [CutVertex<f32>; 3],
     heights: &Grid<f32>,
@@ -167,10 +172,10 @@ fn furthest(
     worst.map(|(_, at)| at)
 }
 
-/// Points of shores by the vertex of the raster that is nearest to them.
+/// The points of shores and banks, grouped by the vertex of the raster that is nearest to each.
 struct Crowd(HashMap<[i64; 2], Vec<[i64; 2]>>);
 
-/// Distance in parts of a cell within which a vertex of the raster gives way to a point of a shore.
+/// Distance in parts of a cell: a vertex of the raster that is nearer than this to a point of a shore is dropped.
 const NEAR: i64 = PARTS as i64 / 6;
 
 impl Crowd {
@@ -191,7 +196,8 @@ impl Crowd {
             let [x, y] = [point[0] - place[0], point[1] - place[1]];
             x * x + y * y < NEAR * NEAR
         };
-        // The vertex is the centre of its cell, and `NEAR` ends inside that cell.
+        // Points within `NEAR` of the vertex are in the vertex's own group, because `NEAR` is less than half the
+        // distance between vertices. So other groups need no look.
         self.0.get(&Crowd::cell(place)).is_some_and(|points| points.iter().any(near))
     }
 }

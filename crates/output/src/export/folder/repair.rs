@@ -14,18 +14,19 @@ use crate::watch::Watch;
 pub struct Repaired {
     /// Restored files, as paths in the folder of the bake.
     pub files: Vec<String>,
-    /// Changed files that the repair has renamed, since somebody may have changed them on purpose: their new paths.
+    /// New paths of changed files. The repair renames these files and keeps them, because somebody may have changed
+    /// them on purpose.
     pub kept: Vec<PathBuf>,
 }
 
-/// Bakes again what is wrong with the bake in a folder, on the threads of the current rayon pool: afterwards each file
-/// has the bytes that it had when it was baked. For that the whole bake is made again beside the old one, but only
-/// damaged files are replaced. The damaged files are renamed.
+/// Restores all damaged and missing files of the bake in a folder, on the threads of the current rayon pool: afterwards
+/// each file has the bytes that it had when it was baked. If a file is damaged or missing, the whole bake is made again
+/// beside the old one, but only the files that differ are put in place. A damaged file is renamed and not removed.
 ///
 /// # Errors
-/// When neither the manifest nor the registry says what was baked, or names a world that this program cannot make, or
-/// is damaged there; when a bake is writing to the folder, when there is too little room, or when a file cannot be
-/// written.
+/// When the manifest is missing; when it is damaged where it says what was baked, and the registry cannot be read
+/// either; when this program cannot make the world that was baked; when another bake is writing to the folder, when
+/// there is too little room, or when a file cannot be written.
 pub fn repair(folder: &Path, watch: &Watch) -> Result<Repaired, Error> {
     let kept = settle(folder)?;
     if check(folder, Rebake::None, watch)?.faults.is_empty() {

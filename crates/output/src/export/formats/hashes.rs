@@ -17,7 +17,7 @@ use crate::watch::Watch;
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "hashes.txt";
 
-/// The list of hashes, as a format.
+/// The format `hashes`: a bake with it has one more file, the list of hashes.
 pub(crate) struct Hashes;
 
 impl Format for Hashes {
@@ -50,7 +50,8 @@ impl Format for Hashes {
     }
 }
 
-/// Writes one line per tile: the tile's number and the hash of each of its parts. The first line names the parts.
+/// The sink that writes the list, one line per tile: the tile's x and y, and the hash of each of the tile's parts. The
+/// first line names the parts.
 pub(crate) struct TileHashes {
     region: Region,
     file: Mutex<Option<PartFile>>,
@@ -79,7 +80,8 @@ impl Sink for TileHashes {
         let mut file = locked(&self.file);
         let file = file.as_mut().expect("rows come before the end");
         for (col, piece) in (0..).zip(pieces).filter(|(_, piece)| !piece.is_empty()) {
-            // Tiles have their numbers in the world, so that lists of overlapping regions can be compared line by line.
+            // Write the tile's x and y in the world, not its column and row in the region. So a tile that is in two
+            // overlapping regions has the same line in the lists of both, and the lists can be compared.
             let id = self.region.tile(Place { row, col });
             write!(file, "{} {} ", id.x, id.y).map_err(Error::io(file.path()))?;
             file.write_all(piece).and_then(|()| writeln!(file)).map_err(Error::io(file.path()))?;
