@@ -242,7 +242,7 @@ fn tiles() -> Result<(), Box<dyn Error>> {
     let fluvial = world.relief().fluvial().expect("alps are fluvial");
     let id = TileId { x: 3, y: 5 };
     let tile = id.area(world.tile_cells());
-    let middle = [(tile.x0 + tile.x1) / 2, (tile.y0 + tile.y1) / 2];
+    let middle = [i64::midpoint(tile.x0, tile.x1), i64::midpoint(tile.y0, tile.y1)];
     let shaped = shaped_input(&world, tile);
     let mut near = Panel::land(&world, middle, 1, SIZE, 0.45);
     near.frame(accumulation_input(tile), LEVELS[0], "land from which water flows to the tile's vertices");
@@ -276,7 +276,7 @@ fn roads() -> Result<(), Box<dyn Error>> {
     let corridor = places.corridor(Surveyed { survey: fluvial, clock: &Clock::default() }, [from, to]).unwrap();
     let step = corridor.windows(2).map(|pair| pair[1][0] - pair[0][0]).filter(|step| *step > 0).min().unwrap_or(1);
     let bounds = road.bounds;
-    let middle = [(bounds.x0 + bounds.x1) / 2, (bounds.y0 + bounds.y1) / 2];
+    let middle = [i64::midpoint(bounds.x0, bounds.x1), i64::midpoint(bounds.y0, bounds.y1)];
     let size = [bounds.width() + 200, bounds.height() + 120];
     let mut panel = Panel::land(&world, middle, 1, size, 0.35);
     for [x, y] in &corridor {
@@ -328,8 +328,11 @@ fn labels() -> Result<(), Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
-    let figures: [(&str, fn() -> Result<(), Box<dyn Error>>); 4] =
-        [("rivers", rivers), ("tiles", tiles), ("roads", roads), ("labels", labels)];
     let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|other| other == name);
-    figures.iter().filter(|(name, _)| is_wanted(name)).try_for_each(|(_, draw)| draw())
+    for (name, draw) in [("rivers", rivers as fn() -> _), ("tiles", tiles), ("roads", roads), ("labels", labels)] {
+        if is_wanted(name) {
+            draw()?;
+        }
+    }
+    Ok(())
 }

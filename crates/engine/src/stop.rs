@@ -56,6 +56,7 @@ pub struct Stopped;
 
 impl Stop {
     /// Returns a stop for a part of the work, which ends with the whole, or alone.
+    #[must_use]
     pub fn child(&self) -> Stop {
         Stop(Arc::new(StopState { is_requested: AtomicBool::new(false), parent: Some(self.clone()) }))
     }

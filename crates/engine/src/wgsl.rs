@@ -36,24 +36,25 @@ macro_rules! kernel_words {
 /// given as name, type and first word. Of an array of more than four words there is only the offset, as a constant with
 /// the name of the field in capitals.
 pub fn structure(name: &str, buffer: &str, fields: &[(&str, &str, usize)]) -> String {
-    let (mut members, mut values, mut offsets) = (String::new(), String::new(), String::new());
+    let (mut members, mut values, mut offsets) = (Vec::new(), Vec::new(), Vec::new());
     for (field, kind, at) in fields {
         // `[f32; 2]` of Rust is `vec2f` in WGSL.
         let (number, count) = kind.trim_matches(['[', ']']).split_once("; ").unwrap_or((kind, "1"));
         match count.parse::<usize>() {
             Ok(1) => {
-                members += &format!("{field}: {number}, ");
-                values += &format!("bitcast<{number}>({buffer}[at + {at}]), ");
+                members.push(format!("{field}: {number}"));
+                values.push(format!("bitcast<{number}>({buffer}[at + {at}])"));
             }
             Ok(count @ 2..=4) => {
                 let vector = format!("vec{count}{}", &number[..1]);
-                members += &format!("{field}: {vector}, ");
-                let words = (*at..at + count).map(|at| format!("{buffer}[at + {at}], ")).collect::<String>();
-                values += &format!("bitcast<{vector}>(vec{count}u({words})), ");
+                members.push(format!("{field}: {vector}"));
+                let words = (*at..at + count).map(|at| format!("{buffer}[at + {at}]")).collect::<Vec<_>>().join(", ");
+                values.push(format!("bitcast<{vector}>(vec{count}u({words}))"));
             }
-            _ => offsets += &format!("const {}: u32 = {at};\n", field.to_uppercase()),
+            _ => offsets.push(format!("const {}: u32 = {at};\n", field.to_uppercase())),
         }
     }
+    let (members, values, offsets) = (members.join(", "), values.join(", "), offsets.concat());
     format!(
         "{offsets}struct {name} {{ {members} }}\nfn {buffer}_{name}(at: u32) -> {name} {{ return {name}({values}); }}\n"
     )

@@ -261,15 +261,12 @@ impl Fluvial {
                 (self.fields.coast_m(inland_m as f32) as f64) < sea_m
             })
         });
-        let may_have = match wet.next() {
-            Some(true) => wet.any(|wet| !wet),
-            // Where the coast is above the sea everywhere, a drowned valley may still come in.
-            _ => {
-                let segments = || self.segments(valley::input(area), self.detail, clock);
-                wet.any(|wet| wet) || segments()?.all.iter().any(|segment| segment.lowest_m() < sea_m)
-            }
-        };
-        Ok(may_have)
+        if wet.next() == Some(true) {
+            return Ok(wet.any(|wet| !wet));
+        }
+        // Where the coast is above the sea everywhere, a drowned valley may still come in.
+        let segments = || self.segments(valley::input(area), self.detail, clock);
+        Ok(wet.any(|wet| wet) || segments()?.all.iter().any(|segment| segment.lowest_m() < sea_m))
     }
 
     /// Tells whether channels of a level have rivers.

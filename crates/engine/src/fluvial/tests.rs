@@ -80,7 +80,7 @@ fn known_around(fluvial: &Fluvial, area: Area) -> Known {
     let wide = valley::input(area.padded(WIDE));
     let segments = fluvial.segments(wide, fluvial.detail, &Clock::default()).unwrap();
     let nodes = fluvial.warp.fill(wide, 1);
-    let hillsides = hillsides_of(&fluvial, wide);
+    let hillsides = hillsides_of(fluvial, wide);
     let valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M, &Clock::default()).unwrap();
     Known { segments, nodes, hillsides, valleys }
 }

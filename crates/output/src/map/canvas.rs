@@ -198,8 +198,12 @@ impl Plotter for Canvas {
     }
 
     fn inscribe(&mut self, inscriptions: &[Inscription<'_>]) {
-        inscriptions.iter().for_each(|inscription| self.surround(inscription.text, &inscription.halo));
-        inscriptions.iter().for_each(|inscription| self.write(inscription.text, inscription.colour));
+        for inscription in inscriptions {
+            self.surround(inscription.text, &inscription.halo);
+        }
+        for inscription in inscriptions {
+            self.write(inscription.text, inscription.colour);
+        }
     }
 
     fn dot(&mut self, at: DVec2, radius: f64, colour: Colour) {

@@ -502,7 +502,9 @@ impl Picture {
             canvas.item(&lake.item("shore"), |canvas| canvas.stroke_shape(&lake.shape, &shore));
         }
         canvas.item(&Item::only("coasts"), |canvas| {
-            outlines.iter().for_each(|outlines| canvas.stroke(&outlines.coasts, &shore));
+            for outlines in outlines {
+                canvas.stroke(&outlines.coasts, &shore);
+            }
         });
         // Between their banks, wide rivers have the colour of lakes. The water is drawn last, so no line separates it
         // from the lake or river that it runs into.

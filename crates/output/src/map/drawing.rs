@@ -441,7 +441,9 @@ fn stroke_parts(
 ) {
     for road in parts.chunk_by(|one, next| one.id == next.id) {
         canvas.item(&Item { kind: kind(road[0].class), id: &road[0].id, name: "" }, |canvas| {
-            road.iter().for_each(|part| canvas.stroke_shape(&part.shape, &pen(part.class)));
+            for part in road {
+                canvas.stroke_shape(&part.shape, &pen(part.class));
+            }
         });
     }
 }

@@ -34,7 +34,7 @@ impl TileEncoding {
                 .encode(rgb, side, side, ColorType::Rgb8)
                 .expect("memory takes everything, and WebP holds squares of this size"),
             TileEncoding::Png => {
-                png(&mut bytes, side, rgb).expect("memory takes everything, and the rows are a square's")
+                png(&mut bytes, side, rgb).expect("memory takes everything, and the rows are a square's");
             }
         }
         bytes
