@@ -781,7 +781,7 @@ fn progress_names_what_is_done_and_counts_what_is_made() {
     let goes_on =
         |stage: &'static str| move |object: &Value| object["stage"] == stage && object["seconds_left"] != Value::Null;
     // What a map shows is looked for square by square, and what is searched for block by block.
-    let map = ["map", "alps", "--around=0,0,100", "--scale", "1:200000", "--out", "map.png"];
+    let map = ["map", "alps", "--around=0,0,15", "--scale", "1:25000", "--out", "map.png"];
     let find = ["find", "alps", "lake > 1000 km2"];
     for (arguments, stage) in [(&map[..], "planning roads"), (&find, "searching")] {
         let told = progress_until(&desk, arguments, is(stage));
