@@ -54,7 +54,7 @@ impl Panel {
     fn blank([x, y]: [i64; 2], vertices: i64, [width, height]: [usize; 2]) -> Panel {
         let mut pixmap = Pixmap::new(width as u32, height as u32).expect("a panel has a size");
         pixmap.fill(colour(PAPER, 1.0));
-        let corner = dvec2(x as f64, y as f64) - dvec2(width as f64, height as f64) * (vertices / 2) as f64;
+        let corner = dvec2(x as f64, y as f64) - dvec2(width as f64, height as f64) * (vertices as f64 / 2.0);
         Panel { pixmap, corner, vertices: vertices as f64, caption: Vec::new() }
     }
 
