@@ -108,7 +108,7 @@
 //! | [structure](lines::Structure) | a bridge, tunnel or ford, which carries a line where the land does not |
 //! | [bed](lines::Bed) | the way in which a line changes the land: natural, dug, trodden or built |
 //! | [imprint](lines::Imprint) | the effect of all lines together on an area |
-//! | [agents](agents) | the makers of rivers and roads of the thesis, which search their way from tile to tile |
+//! | [agents] | the makers of rivers and roads of the thesis, which search their way from tile to tile |
 //! | [walk](walker::Walk) | the tiles that a walker comes to, in order |
 //! | [blend](tile::Blend) | shares of the ground materials at each vertex, which sum to exactly 255 |
 //! | [growth](tile::Growth) | a kind of thing that stands on the ground: trees, shrubs, grass or rocks |
@@ -121,7 +121,7 @@
 //! | [sheet](map::sheet::Sheet) | a picture with a frame, a grid and a legend around it |
 //! | [profile](export::Profile) | the formats, sizes and names of files that an engine takes |
 //! | [manifest](export::Manifest) | `bake.json`: the record of a bake and of all its files |
-//! | [registry](registry) | `registry.sqlite`: the list of all tiles and files of a bake |
+//! | [registry] | `registry.sqlite`: the list of all tiles and files of a bake |
 //! | [shard](bake::Shard) | a part of a region that one machine bakes by itself |
 //! | [memory](memory::Memory) | a cache of a pure function, bounded in bytes |
 //! | [budget](memory::Budget) | the bytes that several memories share |
