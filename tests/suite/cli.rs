@@ -801,7 +801,7 @@ fn progress_names_what_is_done_and_counts_what_is_made() {
     let short = ["map", "small.toml", "--width", "64", "--out", "short.png"];
     assert_eq!(desk.done(&short).stderr, "");
     // A bake before its first tile and after its last.
-    let bake = ["bake", "alps", "--tile-cells", "4096", "--size", "1x1", "--export", "hashes", "--out", "large"];
+    let bake = ["bake", "alps", "--tile-cells", "2048", "--size", "1x1", "--export", "hashes", "--out", "large"];
     let planning = progress_until(&desk, &bake, is("planning roads"));
     assert_eq!((&planning["tiles"], &planning["of_tiles"]), (&0.into(), &1.into()));
     let bake = ["bake", "alps", "--size", "1x1", "--export", "web", "--out", "web"];
