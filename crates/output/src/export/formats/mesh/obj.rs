@@ -72,6 +72,12 @@ impl Format for Obj {
         models.saturating_mul(2 * request.meshes.lods.all().len() as u64)
     }
 
+    fn kept_a_vertex(&self, request: &Request) -> u64 {
+        // Three lines of text for each vertex, and the corners of two triangles as numbers.
+        const BYTES: u64 = 3 * 32 + 6 * 4;
+        if self.tiles { 0 } else { request.meshes.lods.all().len() as u64 * BYTES }
+    }
+
     fn sinks<'a>(&self, request: &Request<'a>, out: &Path) -> Result<Vec<Box<dyn Sink + 'a>>, Error> {
         Ok(vec![Box::new(ObjSink::create(self, request, out)?)])
     }
