@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use terrane::fluvial::channel::{Channel, Knot, Mouth};
-use terrane::fluvial::grain_point::Point;
+use terrane::grain_point::Point;
 use terrane::lines::{ChannelId, LakeId};
 use terrane::world::World;
 

@@ -2,7 +2,7 @@
 
 use terrane::area::{Area, TileId};
 use terrane::clock::Clock;
-use terrane::fluvial::grain_point::{GRAINS, Point};
+use terrane::grain_point::{GRAINS, Point};
 use terrane::land::{Land, Water, WaterKind};
 use terrane::lines::LineEnd;
 use terrane::preset::Preset;

@@ -4,7 +4,7 @@
 
 use terrane::area::Area;
 use terrane::clock::Clock;
-use terrane::fluvial::grain_point::Point;
+use terrane::grain_point::Point;
 use terrane::land::{Land, WaterKind};
 use terrane::preset::Preset;
 use terrane::world::World;

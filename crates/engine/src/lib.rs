@@ -10,6 +10,7 @@ pub mod error;
 pub mod area;
 pub mod grid;
 pub mod hash;
+pub mod grain_point;
 pub mod geometry;
 pub mod contour;
 pub mod clock;

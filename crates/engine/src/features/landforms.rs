@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::features::layer::{Column, GeometryType, Layer, ValueKind, flat, point};
 use crate::features::plane::{length_m, metres};
-use crate::fluvial::grain_point::GRAINS;
 use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
+use crate::grain_point::GRAINS;
 use crate::lines::{LakeId, Line, LineId};
 use crate::world::World;
 

@@ -12,15 +12,15 @@ use glam::DVec2;
 
 use super::channel::{Channel, Mouth, ways};
 use super::fields::Fields;
-use super::grain_point::{Point, chance};
-use super::point_noise::{PointField, PointNoise};
 use super::segment::{Segment, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
 use crate::clock::Clock;
 use crate::geometry::{length, lerp, smooth};
+use crate::grain_point::{Point, chance};
 use crate::hash::{self, Draw, Stream};
+use crate::noise::point_noise::{PointField, PointNoise};
 use crate::stop::Stopped;
 
 /// The barriers of a world.
@@ -232,7 +232,7 @@ mod tests {
     use crate::area::Area;
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
-    use crate::fluvial::grain_point::GRAINS;
+    use crate::grain_point::GRAINS;
     use crate::land::WaterKind;
 
     fn archipelago(lagoons: f64) -> Fluvial {

@@ -7,8 +7,8 @@ use glam::DVec2;
 
 use super::channel::Knot;
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point};
 use super::segment::{Circle, Segment};
+use crate::grain_point::{GRAINS, Point};
 
 /// Largest slope of a river that runs down the side of another valley, as a share of that side's slope: the river cuts
 /// into the side, and is not lost on it. Chosen by eye.

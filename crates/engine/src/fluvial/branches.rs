@@ -16,13 +16,13 @@ use glam::DVec2;
 use super::channel::{Channel, CrossSection, Knot};
 use super::cross_section::measured;
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point, chance, padded};
 use super::lake::NO_LAKE;
 use super::meander::meander_width;
 use super::plane::{come_along, lines, unit};
 use super::segment::LEVEL;
 use super::trunk_lattice::NodeId;
 use crate::geometry::{LineSegment, smooth};
+use crate::grain_point::{GRAINS, Point, chance, padded};
 use crate::hash::{self, Draw};
 use crate::memory::{Memory, Remembers, heap_bytes};
 

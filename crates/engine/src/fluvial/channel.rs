@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
-use super::grain_point::{self, GRAINS, Point};
 use super::trunk_lattice::NodeId;
 use crate::geometry::come;
+use crate::grain_point::{self, GRAINS, Point};
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
 

@@ -4,10 +4,10 @@
 //! Rivers that run to the coast read the same lattice ([`Fields::in_lowstand`], [`Fields::is_drowned`]).
 
 use super::fields::{COAST_STEP, Fields};
-use super::grain_point::Point;
 use super::hillsides::Hillsides;
 use super::warp::Displaced;
 use crate::area::Area;
+use crate::grain_point::Point;
 use crate::grid::Grid;
 
 /// Nodes a side of a block. The coarse lattice is read for one block at a time. A block is small enough that whole

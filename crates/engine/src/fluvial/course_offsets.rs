@@ -8,8 +8,8 @@
 
 use glam::DVec2;
 
-use super::grain_point::chance;
 use crate::geometry::LineSegment;
+use crate::grain_point::chance;
 use crate::hash::Draw;
 
 /// Greatest sideways displacement of the middle of a stretch, as a share of the stretch's length.

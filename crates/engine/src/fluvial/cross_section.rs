@@ -6,10 +6,10 @@ use glam::DVec2;
 
 use super::channel::{Channel, CrossSection, Knot};
 use super::fields::{Fields, across};
-use super::grain_point::Point;
 use super::meander::meander_width;
 use super::segment::LEVEL;
 use crate::geometry::smooth;
+use crate::grain_point::Point;
 
 /// Least slope of a valley's floor across the channel, as a multiple of the river's slope along it.
 ///

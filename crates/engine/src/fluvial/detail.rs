@@ -1,9 +1,9 @@
 //! The level of detail at which land is made, by the distance between its nodes.
 
 use super::fields::Fields;
-use super::grain_point::GRAINS;
 use super::network::ShownChannels;
 use super::valley;
+use crate::grain_point::GRAINS;
 
 /// The level of detail at which land is made.
 #[derive(Clone, Copy, Debug)]

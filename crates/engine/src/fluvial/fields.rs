@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::grain_point::{AROUND, GRAINS, Point};
-use super::point_noise::{PointField, PointNoise};
 use super::potential::Potential;
 use super::settings::{CoastSettings, FluvialSettings};
 use crate::geometry::{bilinear, length, smooth};
+use crate::grain_point::{AROUND, GRAINS, Point};
 use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
+use crate::noise::point_noise::{PointField, PointNoise};
 
 const SECONDS_A_YEAR: f64 = 31_556_952.0;
 

@@ -13,13 +13,13 @@ use glam::DVec2;
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
-use super::grain_point::{Point, chance};
 use super::segment::{LEVEL, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::warp::Displaced;
 use crate::clock::Clock;
 use crate::geometry::{length, lerp, smooth};
+use crate::grain_point::{Point, chance};
 use crate::grid::Grid;
 use crate::hash::{self, Draw, Stream};
 use crate::stop::Stopped;

@@ -3,9 +3,9 @@
 use super::brook_relief::{Rest, RestLaw};
 use super::detail::Detail;
 use super::fields::Fields;
-use super::grain_point::Point;
 use super::segment::Reach;
 use crate::area::Area;
+use crate::grain_point::Point;
 
 /// The hillsides between valleys, at nodes.
 #[derive(Debug)]

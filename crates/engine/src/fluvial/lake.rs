@@ -9,10 +9,10 @@
 
 use super::channel::{Channel, Knot, ways};
 use super::fields::Fields;
-use super::grain_point::{Point, chance};
 use super::segment::rise;
 use super::trunk_lattice::NodeId;
 use crate::geometry::smooth;
+use crate::grain_point::{Point, chance};
 use crate::hash::Draw;
 use crate::lines::LakeId;
 

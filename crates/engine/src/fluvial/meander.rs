@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use super::fields::Fields;
-use super::grain_point::GRAINS;
 use crate::geometry::LineSegment;
+use crate::grain_point::GRAINS;
 
 /// Least length of a meander, in widths of its river.
 ///

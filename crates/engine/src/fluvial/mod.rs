@@ -21,7 +21,7 @@
 //! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
 //! stage reads to make an area.
 //!
-//! The modules, in the order of that diagram: `point_noise`, `potential`, `fields` and `strata_and_ceiling` hold the
+//! The modules, in the order of that diagram: `potential`, `fields` and `strata_and_ceiling` hold the
 //! laws. `trunk_lattice` is the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course`
 //! make their lines, `lake` their lakes, and `branches` their oxbows and side arms. `tributary_course`, `tributary_bed`
 //! and `tributary` make all other channels; `bed_cut` lowers the beds of all. `network` finds channels with their
@@ -32,8 +32,6 @@
 //! `node_means` averages finer nodes where even trunks are too fine.
 
 pub mod settings;
-pub mod grain_point;
-mod point_noise;
 mod potential;
 pub mod fields;
 mod strata_and_ceiling;
@@ -81,6 +79,7 @@ use std::sync::Arc;
 
 use crate::area::{Area, Stride};
 use crate::clock::{Clock, stage};
+use crate::grain_point::Point;
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::memory::Remembers;
@@ -90,7 +89,6 @@ use barrier::Barriers;
 use detail::{Care, Detail};
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
-use grain_point::Point;
 use gullies::Gullies;
 use moraine::Moraines;
 use network::Network;

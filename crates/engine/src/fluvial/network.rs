@@ -20,7 +20,6 @@ use glam::DVec2;
 use super::branches::Branches;
 use super::channel::Channel;
 use super::fields::{Fields, most_area};
-use super::grain_point::{Point, overlap, padded};
 use super::lake;
 use super::segment::{Reach, Segments, segments_of, touches, widened};
 use super::segments_above::{self, Above, AsksAbove, ChannelPart, Patch, PatchId};
@@ -29,6 +28,7 @@ use super::tributary_course;
 use super::trunk_course::{self, TrunkCourses};
 use super::trunk_lattice::Trunks;
 use crate::clock::Clock;
+use crate::grain_point::{Point, overlap, padded};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
 use crate::stop::Stopped;
@@ -240,8 +240,8 @@ impl AsksAbove for Network {
 mod tests {
     use crate::fluvial::Fluvial;
     use crate::fluvial::channel::Mouth;
-    use crate::fluvial::grain_point::Point;
     use crate::fluvial::segments_above::AsksAbove;
+    use crate::grain_point::Point;
 
     #[test]
     fn a_channel_is_found_wherever_it_runs_and_joins_another_where_that_is_drawn() {

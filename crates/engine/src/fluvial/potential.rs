@@ -1,8 +1,8 @@
 //! The potential of a world with rivers: water flows from high potential to low.
 
-use super::grain_point::Point;
-use super::point_noise::{PointField, PointNoise, rounded};
+use crate::grain_point::Point;
 use crate::hash::Stream;
+use crate::noise::point_noise::{PointField, PointNoise, rounded};
 
 /// Wavelengths of the bends of shores, as shares of the basins' wavelength; bends shorter than `LEAST_BEND` steps of
 /// the lattice by which rasters know the shore are left out. Then their octaves, and their greatest displacement as a

@@ -9,9 +9,9 @@ use glam::DVec2;
 
 use super::channel::{Channel, CrossSection};
 use super::fields::Fields;
-use super::grain_point::Point;
 use super::lake;
 use crate::geometry::{LineSegment, lerp};
+use crate::grain_point::Point;
 use crate::memory::heap_bytes;
 
 /// The straight segments of the channels around a place, in a fixed order.
@@ -455,8 +455,8 @@ mod tests {
     use super::*;
     use crate::fluvial::channel::{Knot, Mouth};
     use crate::fluvial::cross_section::{MOST_LEAN, measured};
-    use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::settings::FluvialSettings;
+    use crate::grain_point::GRAINS;
 
     /// Returns the segment of a river half a kilometre long between hillsides of a slope.
     fn reach_of_river(hill_slope: f64, change: impl FnOnce(&mut FluvialSettings)) -> Segment {

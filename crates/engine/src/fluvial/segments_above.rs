@@ -10,10 +10,10 @@ use glam::DVec2;
 
 use super::channel::Channel;
 use super::fields::Fields;
-use super::grain_point::{Point, overlap, padded};
 use super::lake;
 use super::segment::{Reach, Segment, SegmentBounds, segments_of, touches, widened};
 use super::trunk_lattice::NodeId;
+use crate::grain_point::{Point, overlap, padded};
 use crate::lines::ChannelId;
 use crate::memory::heap_bytes;
 
@@ -257,8 +257,8 @@ mod tests {
     use super::*;
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
-    use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::network::ShownChannels;
+    use crate::grain_point::GRAINS;
 
     #[test]
     fn patches_have_what_a_look_at_all_finds() {

@@ -9,12 +9,12 @@
 use glam::DVec2;
 
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point, chance};
 use super::plane::unit;
-use super::point_noise::{PointField, PointNoise};
 use crate::area::Area;
 use crate::geometry::smooth;
+use crate::grain_point::{GRAINS, Point, chance};
 use crate::hash::{self, Draw, Stream};
+use crate::noise::point_noise::{PointField, PointNoise};
 
 /// Vertices a side of a cell of the lattice.
 const CELL: i64 = 32;

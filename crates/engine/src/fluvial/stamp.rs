@@ -7,10 +7,10 @@
 use glam::DVec2;
 
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point};
 use super::valley;
 use super::warp::Displaced;
 use crate::clock::Clock;
+use crate::grain_point::{GRAINS, Point};
 use crate::stop::Stopped;
 
 /// Vertices a side of a block. Stamps are looked up once for each block.

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use super::Fluvial;
 use super::channel::{Channel, Mouth};
-use super::grain_point::{Point, padded};
 use super::segments_above::AsksAbove;
 use super::trunk_lattice::{NodeId, neighbours};
 use crate::clock::Clock;
 use crate::geometry::LineSegment;
+use crate::grain_point::{Point, padded};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers, heap_bytes};
 use crate::stop::Stopped;

@@ -9,12 +9,12 @@ use glam::DVec2;
 
 use super::*;
 use crate::geometry::{LineSegment, length};
+use crate::grain_point::GRAINS;
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::preset::Preset;
 use channel::{Channel, Knot};
-use grain_point::GRAINS;
 use hillsides::Hillsides;
 use network::ShownChannels;
 use plane::lines;

@@ -7,11 +7,11 @@ use glam::DVec2;
 use super::bed_cut::{INCISION, nearly_below};
 use super::channel::Knot;
 use super::fields::{BESIDE, Fields, most_area};
-use super::grain_point::Point;
 use super::segment::{Circle, Segment, SegmentBounds, rise};
 use super::segments_above::Above;
 use super::trunk_lattice::LEAST_SLOPE;
 use crate::geometry::{come, lerp};
+use crate::grain_point::Point;
 
 /// Share of the area at its mouth by which a tributary's area is smaller at its head. The head has a quarter, as much
 /// as the mouth of a tributary of the next level.

@@ -6,11 +6,11 @@ use glam::DVec2;
 
 use super::channel::{Channel, Knot, Mouth};
 use super::fields::Fields;
-use super::grain_point::Point;
 use super::lake::NO_LAKE;
 use super::plane::{come_along, lines, unit};
 use super::trunk_lattice::{Drained, Look, NodeId, neighbours};
 use crate::geometry::LineSegment;
+use crate::grain_point::Point;
 
 /// Slope of a bed that goes on under the sea: just enough that it falls. Chosen by eye.
 pub const DROWNED_SLOPE: f64 = 0.002;

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::fields::{DryWay, FEW_SHORE_HALVINGS, Fields, SHORE_HALVINGS};
-use super::grain_point::{AROUND, Point, chance};
+use crate::grain_point::{AROUND, Point, chance};
 use crate::hash::Draw;
 use crate::memory::{Memory, Remembers, heap_bytes};
 

@@ -11,12 +11,12 @@
 
 use super::brook_relief::LaneRest;
 use super::fields::Fields;
-use super::grain_point::{GRAINS, Point};
 use super::hillsides::Hillsides;
 use super::segment::{Reach, Segments};
 use super::valley_side::{CROSS_FALL, Columns, FAR_STEEPER, Floor, LEAST_HALF_WIDTH, LaneSegment, LaneSide, column};
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::grain_point::{GRAINS, Point};
 use crate::simd::{Kernel, MAX_LANES, Simd};
 use crate::stop::Stopped;
 

@@ -4,9 +4,9 @@
 //! To judge the numbers chosen by eye, look for steps at the borders of patches in hillshades.
 
 use super::fields::Fields;
-use super::grain_point::GRAINS;
 use super::segment::{LEVEE, LEVEE_FALLS, LEVEE_RISES, LEVEL, Reach, Segment};
 use crate::geometry::lerp;
+use crate::grain_point::GRAINS;
 use crate::simd::{MAX_LANES, Simd};
 
 /// Rise of wide water towards its edges, as a share of the hillside's slope: enough for a vertex to belong to the

@@ -11,8 +11,8 @@ use glam::DVec2;
 
 use crate::area::{Area, Stride};
 use crate::fluvial::fields::Fields;
-use crate::fluvial::grain_point::{GRAINS, Point};
 use crate::geometry::bilinear;
+use crate::grain_point::{GRAINS, Point};
 use crate::hash::{self, Stream};
 use crate::memory::{Memory, Remembers};
 use crate::noise::{Fractal, FractalKind, FractalSpec};

@@ -5,7 +5,6 @@
 use glam::DVec2;
 
 use super::fields::{Fields, river_depth_m};
-use super::grain_point::{GRAINS, Point};
 use super::segment::{Segment, Segments};
 use super::skerries::AreaSkerries;
 use super::strata_and_ceiling::Lift;
@@ -15,6 +14,7 @@ use super::warp::Displaced;
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::geometry::{LineSegment, lerp};
+use crate::grain_point::{GRAINS, Point};
 use crate::grid::Grid;
 use crate::land::{Land, Water, WaterKind};
 use crate::stop::Stopped;
@@ -537,8 +537,8 @@ mod tests {
     use crate::clock::Clock;
     use crate::fluvial::Fluvial;
     use crate::fluvial::channel::Channel;
-    use crate::fluvial::grain_point::GRAINS;
     use crate::fluvial::segment::segments_of;
+    use crate::grain_point::GRAINS;
 
     #[test]
     fn bars_lie_on_the_insides_of_bends_and_leave_their_rivers_whole() {

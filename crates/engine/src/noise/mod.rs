@@ -26,6 +26,7 @@ mod fractal;
 #[cfg(feature = "gpu")]
 pub mod gpu_words;
 mod lattice;
+pub mod point_noise;
 mod rows;
 mod simplex;
 mod spec;

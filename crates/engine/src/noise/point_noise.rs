@@ -5,7 +5,7 @@
 //! here names a vector type: loops over arrays are compiled to the vectors of each [level](crate::simd), so each level
 //! computes the same bits.
 
-use super::grain_point::Point;
+use crate::grain_point::Point;
 use crate::hash;
 use crate::simd::{Kernel, Simd, dispatch};
 
