@@ -189,6 +189,12 @@ register! {
     RangeName = 40 << 32, 1;
     /// Positions of single trees, shrubs, tufts and rocks.
     Instances = 41 << 32, 1;
+    /// Continents: their positions and sizes.
+    Continents = 42 << 32, 1;
+    /// Plates of the crust, of today and of an earlier age: their positions, kinds and movements.
+    Plates = 43 << 32, 2;
+    /// Noise of the geography, by its purpose.
+    Geography = 44 << 32, PARTS;
 }
 
 /// The number of a stream, or of a part of a stream.

@@ -25,6 +25,7 @@ mod wgsl;
 
 pub mod noise;
 pub mod recipe;
+pub mod geography;
 pub mod land;
 pub mod lines;
 pub mod names;

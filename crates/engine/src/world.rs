@@ -12,6 +12,7 @@ use crate::fluvial::landforms::coast::Coast;
 use crate::fluvial::landforms::lakes::Lake;
 use crate::fluvial::landforms::peaks::Peak;
 use crate::fluvial::survey::Surveyed;
+use crate::geography::Geography;
 use crate::grain_point::GRAINS;
 use crate::lines::{ChannelId, LakeId, LineKind, Lines, SiteId};
 use crate::memory::{Budget, Remembers, Usage};
@@ -64,7 +65,11 @@ impl World {
         let Preset { spacing_m, sea_level_m, .. } = preset;
         let places = World::settled(&preset, chance)?;
         let names = places.as_ref().map(|places| Names::new(chance, places.site_side()));
-        let grow = |settings| Fluvial::new(settings, (spacing_m, stride), sea_level_m, chance, names.clone());
+        let metres_a_grain = spacing_m / GRAINS as f64;
+        let shape = |settings| Arc::new(Geography::new(settings, metres_a_grain, chance));
+        let geography = preset.geography.as_ref().map(shape);
+        let grow =
+            |settings| Fluvial::new(settings, geography, (spacing_m, stride), sea_level_m, chance, names.clone());
         let fluvial = preset.fluvial.as_ref().map(grow);
         Ok(World::grown(preset, seed, stride, fluvial, places, names))
     }

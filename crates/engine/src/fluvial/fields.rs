@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::potential::Potential;
+use super::potential::{Potential, PotentialAtLarge};
 use super::settings::{CoastSettings, FluvialSettings};
+use crate::geography::Geography;
 use crate::geometry::{bilinear, length, smooth};
 use crate::grain_point::{AROUND, GRAINS, Point};
 use crate::hash::{self, Stream};
@@ -29,6 +30,8 @@ pub struct Fields {
     /// Grains between channels of the finest level.
     finest: i64,
     potential: Potential,
+    /// The geography of a whole world; none where the settings hold everywhere.
+    geography: Option<Arc<Geography>>,
     uplift: PointNoise,
     flood_plain: PointNoise,
     sea: Option<Sea>,
@@ -75,6 +78,11 @@ pub const SHORE_HALVINGS: u32 = 20;
 
 /// Number of these halvings where only whole ways matter: the shore is then found to a hundredth part of the way.
 pub const FEW_SHORE_HALVINGS: u32 = 3;
+
+/// Size of the longest bends of a continent's shores, as a share of a plate's side; and metres from a shore by which the
+/// `continent` of a place grows by 1, on the mean, as a share of the distance between continents.
+const BENT_COAST: f64 = 0.08;
+const CONTINENT_SLOPE: f64 = 0.077;
 
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
@@ -149,18 +157,30 @@ fn edge_rise_m(rise_m: f32) -> f32 {
 
 impl Fields {
     /// Creates the fields of settings that have been checked.
-    pub fn new(settings: &FluvialSettings, spacing_m: f64, sea_level_m: Option<f64>, seed: u64) -> Fields {
+    pub fn new(
+        settings: &FluvialSettings,
+        geography: Option<Arc<Geography>>,
+        spacing_m: f64,
+        sea_level_m: Option<f64>,
+        seed: u64,
+    ) -> Fields {
         let metres_a_grain = spacing_m / GRAINS as f64;
         let finest_vertices = (settings.trunk_m / spacing_m / (1u64 << settings.levels) as f64).round().max(1.0);
-        let basin_m = settings.basin_m.unwrap_or(5.0 * settings.trunk_m);
+        let basin_m = match &geography {
+            Some(geography) => BENT_COAST * geography.settings().plate_km * 1000.0,
+            None => settings.basin_m.unwrap_or(5.0 * settings.trunk_m),
+        };
         let noise = |wavelength_m: f64, octaves, stream: Stream| {
             PointNoise::new((wavelength_m / metres_a_grain).round() as i64, octaves, hash::stream(seed, stream))
         };
         let mask = &settings.uplift.mask;
         let potential = match sea_level_m {
             Some(_) => {
-                let basins = noise(basin_m, settings.coast.octaves, Stream::Potential);
-                Potential::with_shores(basins, [basin_m, COAST_STEP as f64 * spacing_m, metres_a_grain], noise)
+                let at_large = match &geography {
+                    Some(geography) => PotentialAtLarge::Continents(Arc::clone(geography)),
+                    None => PotentialAtLarge::Noise(noise(basin_m, settings.coast.octaves, Stream::Potential)),
+                };
+                Potential::with_shores(at_large, [basin_m, COAST_STEP as f64 * spacing_m, metres_a_grain], noise)
             }
             None => Potential::smooth(noise(basin_m, 2, Stream::Potential)),
         };
@@ -170,11 +190,15 @@ impl Fields {
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
             potential,
+            geography: geography.clone(),
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
             flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
-                metres_a_unit: basin_m / 2.0,
+                metres_a_unit: match &geography {
+                    Some(geography) => CONTINENT_SLOPE * geography.settings().continent_km * 1000.0,
+                    None => basin_m / 2.0,
+                },
                 lattice_m: Memory::new(8 << 20),
             }),
             base_m: match sea_level_m {
@@ -197,7 +221,8 @@ impl Fields {
 
     /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
-        self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers).collect()
+        let geography = self.geography.iter().flat_map(|geography| geography.memories());
+        geography.chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
     }
 
     /// Returns the metres a grain.
@@ -308,12 +333,18 @@ impl Fields {
 
     /// Returns the rate at which the land rises at a point, above 0 to 1.
     pub fn uplift(&self, at: Point) -> f64 {
-        self.uplift_by(self.uplift.at(at))
+        match &self.geography {
+            Some(geography) => geography.land_at_large(&[at])[0].uplift,
+            None => self.uplift_by(self.uplift.at(at)),
+        }
     }
 
     /// Returns the [rates of uplift](Fields::uplift) at any number of points, for callers that know all points
     /// beforehand.
     pub fn uplifts(&self, points: &[Point]) -> Vec<f64> {
+        if let Some(geography) = &self.geography {
+            return geography.land_at_large(points).into_iter().map(|land| land.uplift).collect();
+        }
         self.uplift.at_all(points).into_iter().map(|noise| self.uplift_by(noise)).collect()
     }
 

@@ -79,6 +79,7 @@ use std::sync::Arc;
 
 use crate::area::{Area, Stride};
 use crate::clock::{Clock, stage};
+use crate::geography::Geography;
 use crate::grain_point::Point;
 use crate::hash::{self, Stream};
 use crate::land::Land;
@@ -134,12 +135,13 @@ impl Fluvial {
     /// their names from `names`.
     pub(crate) fn new(
         settings: &FluvialSettings,
+        geography: Option<Arc<Geography>>,
         (spacing_m, stride): (f64, Stride),
         sea_level_m: Option<f64>,
         seed: u64,
         names: Option<Names>,
     ) -> Fluvial {
-        let fields = Arc::new(Fields::new(settings, spacing_m, sea_level_m, seed));
+        let fields = Arc::new(Fields::new(settings, geography, spacing_m, sea_level_m, seed));
         let warp = Arc::new(Warp::new(&fields, seed));
         let network = Fluvial::new_network(&fields, stride, seed);
         Fluvial::of_parts((fields, network, warp), stride, seed, names)

@@ -1,10 +1,13 @@
 //! The potential of a world with rivers: water flows from high potential to low.
 
+use std::sync::Arc;
+
+use crate::geography::Geography;
 use crate::grain_point::Point;
 use crate::hash::Stream;
 use crate::noise::point_noise::{PointField, PointNoise, rounded};
 
-/// Wavelengths of the bends of shores, as shares of the basins' wavelength; bends shorter than `LEAST_BEND` steps of
+/// Wavelengths of the bends of shores, as shares of the size of a basin; bends shorter than `LEAST_BEND` steps of
 /// the lattice by which rasters know the shore are left out. Then their octaves, and their greatest displacement as a
 /// share of their own wavelength: with a larger one the plane would fold in more than a few places.
 const BEND_WAVES: [f64; 3] = [0.03125, 0.125, 0.5];
@@ -19,13 +22,22 @@ const BEND_STREAMS: [[Stream; 2]; 3] = [
     [Stream::CoastEast, Stream::CoastSouth],
 ];
 
-/// A potential from -1 to 1.
+/// A potential from about -1 to 1.
 #[derive(Debug)]
 pub struct Potential {
-    noise: PointNoise,
+    at_large: PotentialAtLarge,
     /// Displacements of the plane that make shores jagged. A displaced potential has no hollows that it did not have
     /// before. More octaves of the potential itself would make dozens, and each would be a sea without an outlet.
     bends: Vec<PlaneDisplacement>,
+}
+
+/// The potential before the plane is displaced.
+#[derive(Debug)]
+pub enum PotentialAtLarge {
+    /// Noise, with basins of one size everywhere.
+    Noise(PointNoise),
+    /// The continents of a geography.
+    Continents(Arc<Geography>),
 }
 
 /// A displacement of the plane that does not fold it.
@@ -40,14 +52,14 @@ struct PlaneDisplacement {
 impl Potential {
     /// Makes a potential without shores.
     pub fn smooth(noise: PointNoise) -> Potential {
-        Potential { noise, bends: Vec::new() }
+        Potential { at_large: PotentialAtLarge::Noise(noise), bends: Vec::new() }
     }
 
-    /// Makes a potential with shores from: the wavelength of its basins and the step of the lattice by which rasters
+    /// Makes a potential with shores from: the size of its basins and the step of the lattice by which rasters
     /// know the shore, both in metres; the metres a grain; and `of`, which makes noise of a wavelength in metres, with
     /// so many octaves.
     pub fn with_shores(
-        noise: PointNoise,
+        at_large: PotentialAtLarge,
         [basin_m, step_m, metres_a_grain]: [f64; 3],
         of: impl Fn(f64, u32, Stream) -> PointNoise,
     ) -> Potential {
@@ -59,7 +71,7 @@ impl Potential {
             axes: streams.map(|stream| of(wave_m, BEND_OCTAVES, stream)),
             most: MOST_BEND * wave_m / metres_a_grain,
         });
-        Potential { noise, bends: bends.collect() }
+        Potential { at_large, bends: bends.collect() }
     }
 }
 
@@ -75,6 +87,9 @@ impl PointField for Potential {
                 points[n].y += rounded(most * south[n]);
             }
         }
-        self.noise.at_each(points)
+        match &self.at_large {
+            PotentialAtLarge::Noise(noise) => noise.at_each(points),
+            PotentialAtLarge::Continents(geography) => geography.continents(points),
+        }
     }
 }

@@ -35,7 +35,7 @@ impl Fields {
         let (_, preset) = Preset::load(name).unwrap();
         let mut settings = preset.fluvial.unwrap();
         change(&mut settings);
-        Fields::new(&settings, preset.spacing_m, preset.sea_level_m, seed)
+        Fields::new(&settings, None, preset.spacing_m, preset.sea_level_m, seed)
     }
 }
 
@@ -45,7 +45,7 @@ impl Fluvial {
         let (_, preset) = Preset::load(name).unwrap();
         let mut settings = preset.fluvial.unwrap();
         change(&mut settings);
-        Fluvial::new(&settings, (preset.spacing_m, Stride::ONE), preset.sea_level_m, seed, None)
+        Fluvial::new(&settings, None, (preset.spacing_m, Stride::ONE), preset.sea_level_m, seed, None)
     }
 }
 
@@ -168,7 +168,7 @@ fn what_is_told_of_crests(is_tried: fn(&str) -> bool) {
         for levels in 3..=settings.levels {
             preset.fluvial.as_mut().unwrap().levels = levels;
             let settings = preset.fluvial.as_ref().unwrap();
-            let fluvial = Fluvial::new(settings, (preset.spacing_m, Stride::ONE), preset.sea_level_m, 4, None);
+            let fluvial = Fluvial::new(settings, None, (preset.spacing_m, Stride::ONE), preset.sea_level_m, 4, None);
             let area = valley::input(AREA);
             let (nodes, hillsides) = (fluvial.warp.fill(area, 1), hillsides_of(&fluvial, area));
             let segments = fluvial.segments(area, fluvial.detail, &Clock::default()).unwrap();

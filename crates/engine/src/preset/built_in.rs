@@ -9,6 +9,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("plains", include_str!(concat!(env!("TERRANE_PRESETS"), "/plains.toml"))),
     ("fjords", include_str!(concat!(env!("TERRANE_PRESETS"), "/fjords.toml"))),
     ("badlands", include_str!(concat!(env!("TERRANE_PRESETS"), "/badlands.toml"))),
+    ("world", include_str!(concat!(env!("TERRANE_PRESETS"), "/world.toml"))),
     ("thesis", include_str!(concat!(env!("TERRANE_PRESETS"), "/thesis.toml"))),
     ("mountains", include_str!(concat!(env!("TERRANE_PRESETS"), "/mountains.toml"))),
     ("hills", include_str!(concat!(env!("TERRANE_PRESETS"), "/hills.toml"))),

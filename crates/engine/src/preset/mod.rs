@@ -22,6 +22,7 @@ use toml::de::DeValue;
 use crate::agents::settings::{RiverAgents, RoadAgents};
 use crate::error::Error;
 use crate::fluvial::settings::FluvialSettings;
+use crate::geography::settings::GeographySettings;
 use crate::hash;
 use crate::places::settings::PlacesSettings;
 use crate::preset::ground::GroundSettings;
@@ -61,6 +62,9 @@ pub struct Preset {
     /// Height of the sea's surface in metres, -100,000 to 100,000. Default: no sea.
     #[schemars(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M))]
     pub sea_level_m: Option<f64>,
+    /// The geography of a whole world: continents, ranges and climates, which differ from place to place. Needs
+    /// `fluvial` and `sea_level_m`. Default: none, and the settings of the preset hold everywhere.
+    pub geography: Option<GeographySettings>,
     /// Fluvial relief, shaped by water, with its rivers and lakes. Default: none, and the relief is that of the noise
     /// terms.
     pub fluvial: Option<FluvialSettings>,
@@ -259,6 +263,8 @@ const MAX_TERMS: usize = 16;
 
 /// Pairs of keys: nothing reads the first unless the second is written too.
 const NEEDS: &[(&str, &str)] = &[
+    ("geography", "fluvial"),
+    ("geography", "sea_level_m"),
     ("fluvial.coast", "sea_level_m"),
     ("ground.sand_m", "sea_level_m"),
     ("ground.snow_slope", "ground.snow_m"),

@@ -1,0 +1,180 @@
+//! Geography: what lies where at large, before any river is drawn.
+//!
+//! ```text
+//! plates, noise --> land at large: continent, uplift, youth     on a lattice of its own, 8 km on Earth
+//! ```
+//!
+//! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
+//! those depend on it.
+
+pub mod settings;
+mod turned_noise;
+mod plates;
+mod spline;
+
+use plates::{Crust, Plates};
+use settings::GeographySettings;
+use spline::SplineLattice;
+use turned_noise::TurnedNoise;
+
+use crate::geometry::smooth;
+use crate::grain_point::Point;
+use crate::hash::{self, Stream};
+use crate::memory::Remembers;
+use crate::noise::point_noise::PointField;
+
+/// Grains from node to node of the land at large, as a share of a plate's side: 8 km on Earth.
+const LAND_STEP: f64 = 1.0 / 200.0;
+
+/// Bytes for the land at large: a square of 8,000 km on Earth.
+const LAND_BYTES: usize = 24 << 20;
+
+/// Wavelengths, as shares of a plate's side: of the bends of the borders between plates, of swings of the ranges within
+/// a belt, of the strength of ranges, of hills away from belts, and of islands in an arc.
+const BORDER_WAVE: f64 = 0.9;
+const SWING_WAVE: f64 = 0.2;
+const RANGE_WAVE: f64 = 0.094;
+const HILL_WAVE: f64 = 0.31;
+const ARC_WAVE: f64 = 0.088;
+
+/// Wavelength of the noise that gives continents their outline, as a share of the side of a continent's cell.
+const OUTLINE_WAVE: f64 = 0.21;
+
+/// Greatest bend of the borders between plates, as a share of a plate's side.
+const BORDER_BEND: f64 = 0.44;
+
+/// Distance from one range of a belt to the next, as a share of a plate's side, and the swing of ranges to the side, as
+/// a multiple of this distance.
+const RANGES: f64 = 0.072;
+const SWING: f64 = 1.6;
+
+/// Places a side of the square, and its side in cells of continents, by which the sea is given its share of the world.
+const SAMPLES: i64 = 64;
+const SAMPLED: f64 = 4.0;
+
+/// The geography of a world.
+#[derive(Debug)]
+pub struct Geography {
+    settings: GeographySettings,
+    plates: Plates,
+    old_plates: Plates,
+    /// Bends of the borders between plates, east and south; then those between old plates.
+    bends: [[TurnedNoise; 2]; 2],
+    outline: TurnedNoise,
+    swing: TurnedNoise,
+    ranges: TurnedNoise,
+    hills: TurnedNoise,
+    arcs: TurnedNoise,
+    /// Number of `continent` where the sea begins, before it is taken off.
+    sea: f64,
+    land: SplineLattice<4>,
+}
+
+/// The land of a place at large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LandAtLarge {
+    /// From about -1 in the middle of an ocean to about 1 in the middle of a continent, 0 at the shore.
+    pub continent: f64,
+    /// Rate at which the land rises, above 0 to 1: plains have .02, hills .1, and young ranges up to 1.
+    pub uplift: f64,
+    /// Youth of the mountains, from 0 for those of old plates to 1 for those that rise today.
+    pub youth: f64,
+    /// Strength of a rift, from 0 to 1.
+    pub rift: f64,
+}
+
+impl Geography {
+    /// Makes the geography of checked settings, in a world with so many metres a grain.
+    pub fn new(settings: &GeographySettings, metres_a_grain: f64, seed: u64) -> Geography {
+        let grains = |km: f64| km * 1000.0 / metres_a_grain;
+        let (plate, continent) = (grains(settings.plate_km), grains(settings.continent_km));
+        let noise = |part, wavelength, octaves, gain| {
+            TurnedNoise::new(wavelength, octaves, gain, hash::stream(seed, Stream::Geography.of(part)))
+        };
+        let bend = |part| noise(part, BORDER_WAVE * plate, 4, 0.5);
+        let mut geography = Geography {
+            settings: settings.clone(),
+            plates: Plates::new(plate, continent, false, seed),
+            // They need not fit the new ones, so their cells should not lie upon theirs.
+            old_plates: Plates::new(1.1 * plate, continent, true, seed),
+            bends: [[bend(0), bend(1)], [bend(2), bend(3)]],
+            outline: noise(4, OUTLINE_WAVE * continent, 6, 0.55),
+            swing: noise(5, SWING_WAVE * plate, 3, 0.5),
+            ranges: noise(6, RANGE_WAVE * plate, 3, 0.5),
+            hills: noise(7, HILL_WAVE * plate, 3, 0.5),
+            arcs: noise(8, ARC_WAVE * plate, 2, 0.5),
+            sea: 0.0,
+            land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
+        };
+        geography.sea = geography.sea_for(settings.land, SAMPLED * continent);
+        geography
+    }
+
+    /// Returns the recipe.
+    pub fn settings(&self) -> &GeographySettings {
+        &self.settings
+    }
+
+    /// Returns the caches.
+    pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
+        vec![self.land.memory()]
+    }
+
+    /// Returns the number of `continent` that a share of the places within a square around the origin exceeds.
+    fn sea_for(&self, land: f64, side: f64) -> f64 {
+        let at = |n: i64| ((n as f64 + 0.5) / SAMPLES as f64 - 0.5) * side;
+        let places = (0..SAMPLES * SAMPLES).map(|n| Point { x: at(n % SAMPLES) as i64, y: at(n / SAMPLES) as i64 });
+        let mut continents: Vec<f32> =
+            self.nodes(&places.collect::<Vec<_>>()).into_iter().map(|node| node[0]).collect();
+        continents.sort_unstable_by(f32::total_cmp);
+        continents[(continents.len() as f64 * (1.0 - land)) as usize].into()
+    }
+
+    /// Returns the land of places at large.
+    pub fn land_at_large(&self, places: &[Point]) -> Vec<LandAtLarge> {
+        let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
+        nodes
+            .into_iter()
+            .map(|[continent, uplift, youth, rift]| LandAtLarge { continent, uplift, youth, rift })
+            .collect()
+    }
+
+    /// Returns [`LandAtLarge::continent`] at places.
+    pub fn continents<const M: usize>(&self, places: [Point; M]) -> [f64; M] {
+        let mut nodes = self.land.at_all(&places, |nodes| self.nodes(nodes)).into_iter();
+        places.map(|_| nodes.next().expect("there is one for each place")[0])
+    }
+
+    /// Returns the crust at places of one of the two ages of plates.
+    fn crust(&self, plates: &Plates, [east, south]: &[TurnedNoise; 2], places: &[Point]) -> Vec<Crust> {
+        let most = BORDER_BEND * plates.side();
+        let bends = east.at_all(places).into_iter().zip(south.at_all(places));
+        let bent = places.iter().zip(bends).map(|(at, (east, south))| at.moved([most * east, most * south].into()));
+        plates.crust(bent)
+    }
+
+    /// Returns the numbers of the land at large at nodes.
+    fn nodes(&self, places: &[Point]) -> Vec<[f32; 4]> {
+        let crusts = self.crust(&self.plates, &self.bends[0], places);
+        let old_crusts = self.crust(&self.old_plates, &self.bends[1], places);
+        let noise =
+            [&self.outline, &self.swing, &self.ranges, &self.hills, &self.arcs].map(|noise| noise.at_all(places));
+        let node = |n: usize| {
+            let [outline, swing, ranges, hills, arcs] = noise.each_ref().map(|noise| noise[n]);
+            let (crust, old) = (&crusts[n], old_crusts[n].belt.min(1.0));
+            let belt = crust.belt.min(1.0);
+            let islands = crust.arc * (2.0 * arcs + 0.4).clamp(0.0, 1.0);
+            let continent = crust.kind + 0.9 * outline + 0.45 * belt + 0.35 * islands - 0.3 * crust.rift - self.sea;
+            // Ranges lie side by side along the border, and valleys between them.
+            let across = crust.across / RANGES + SWING * swing;
+            let crest = 1.0 - 2.0 * (across - across.floor() - 0.5).abs();
+            let young = (belt * (0.35 + 0.65 * crest) + 0.6 * islands) * (0.85 + 0.6 * ranges);
+            let hilly = smooth((1.6 * hills + 0.05).clamp(0.0, 1.0));
+            let worn = 0.28 * old * old * (0.6 + 0.8 * ranges);
+            let uplift = (0.012 + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
+            let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
+            [continent, uplift, youth, crust.rift].map(|value| value as f32)
+        };
+        (0..places.len()).map(node).collect()
+    }
+}
