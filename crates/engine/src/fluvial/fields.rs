@@ -268,6 +268,17 @@ impl Fields {
         if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
     }
 
+    /// Returns the number of rounds in which closed basins spill over into their neighbours. Two leave a few lakes
+    /// without outlet, as there are on Earth.
+    pub fn spill_rounds(&self) -> u32 {
+        2
+    }
+
+    /// Tells whether it is so dry at a point that the water of a closed basin does not rise to its rim.
+    pub fn keeps_water(&self, _at: Point) -> bool {
+        false
+    }
+
     /// Tells whether there is a sea.
     pub fn has_sea(&self) -> bool {
         self.sea.is_some()
