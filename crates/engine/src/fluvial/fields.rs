@@ -293,6 +293,17 @@ impl Fields {
         if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
     }
 
+    /// Returns the number of rounds in which closed basins spill over into their neighbours. Two leave a few lakes
+    /// without outlet, as there are on Earth.
+    pub fn spill_rounds(&self) -> u32 {
+        2
+    }
+
+    /// Tells whether it is so dry at a point that the water of a closed basin does not rise to its rim.
+    pub fn keeps_water(&self, _at: Point) -> bool {
+        false
+    }
+
     /// Tells whether there is a sea.
     pub fn has_sea(&self) -> bool {
         self.sea.is_some()
@@ -432,6 +443,17 @@ impl Fields {
     pub fn discharge_m3s(&self, area: f64) -> f64 {
         let side_m = self.side(0) as f64 * self.metres_a_grain;
         area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
+    }
+
+    /// Returns the rain that runs off at a point, in metres a year.
+    pub fn runoff_m(&self, _at: Point) -> f64 {
+        self.settings.runoff_m
+    }
+
+    /// Returns the discharge in cubic metres a second that runs off the cell of the trunk lattice around a point.
+    pub fn runoff_m3s(&self, at: Point) -> f64 {
+        let side_m = self.side(0) as f64 * self.metres_a_grain;
+        side_m * side_m * self.runoff_m(at) / SECONDS_A_YEAR
     }
 
     /// Returns the square metres from which a discharge in cubic metres a second runs off.

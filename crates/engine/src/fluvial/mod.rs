@@ -22,7 +22,7 @@
 //! stage reads to make an area.
 //!
 //! The modules, in the order of that diagram: `potential`, `fields` and `strata_and_ceiling` hold the
-//! laws. `trunk_lattice` is the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course`
+//! laws. `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course`
 //! make their lines, `lake` their lakes, and `branches` their oxbows and side arms. `tributary_course`, `tributary_bed`
 //! and `tributary` make all other channels; `bed_cut` lowers the beds of all. `network` finds channels with their
 //! `cross_section`s and `segment`s by place. `warp`, `valley`, `valley_side`, `hillsides`, `gullies`, the `stamp`s
@@ -38,6 +38,8 @@ mod strata_and_ceiling;
 mod plane;
 mod course_offsets;
 mod meander;
+mod trunk_nodes;
+mod catchments;
 pub mod trunk_lattice;
 pub mod channel;
 pub mod segment;

@@ -22,7 +22,7 @@ pub struct FluvialSettings {
     #[schemars(range(min = 2, max = 7))]
     pub levels: u32,
     /// Wavelength in metres of the large basins, which decide where water flows at large, 0.1 to 1,000,000,000 and 2 to
-    /// 64 times `trunk_m`. Default: 5 times.
+    /// 512 times `trunk_m`. Default: 5 times.
     #[schemars(range(min = 0.1, max = 1e9))]
     pub basin_m: Option<f64>,
     /// Height of water without an outlet: inland lakes. In metres above the sea level, or above 0; 0 to 10,000.
@@ -263,7 +263,7 @@ impl FluvialSettings {
             return Err(path.key("levels").fault(message, hint));
         }
         if let Some(basin_m) = self.basin_m {
-            path.key("basin_m").times(basin_m, 2.0..=64.0, ("trunk_m", self.trunk_m))?;
+            path.key("basin_m").times(basin_m, 2.0..=512.0, ("trunk_m", self.trunk_m))?;
         }
         self.uplift.mask.check(&path.key("uplift").key("mask"), spacing_m)?;
         let widest_m = self.trunk_m / 8.0;
