@@ -275,7 +275,7 @@ impl<'a> Trunk<'a> {
         let least = LEAST_VERTICES * GRAINS as f64;
         let is_wide = |section: &CrossSection| {
             let riser = f64::from(section.riser) * f64::from(fields.settings().terraces);
-            let bank_m = f64::from(section.lean) * away * self.channel.hill_slope * metres;
+            let bank_m = f64::from(section.lean) * away * self.channel.laws.hill_slope * metres;
             away - floor <= f64::from(section.flood_plain)
                 && away + floor + riser <= LEVEL * f64::from(section.trough)
                 && 2.0 * f64::from(section.river) >= least
@@ -388,7 +388,7 @@ impl<'a> Trunk<'a> {
         if !self.has_room(part, away, floor) || knots.windows(2).any(|pair| pair[0].at == pair[1].at) {
             return None;
         }
-        let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.hill_slope);
+        let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.laws);
         // Beyond this distance, the sides of the branch's narrow floor have risen above the floor of the river and
         // above the sides that rise from it.
         let risers = f64::from(middle.riser) * f64::from(self.fields.settings().terraces);

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::laws::Laws;
 use super::trunk_lattice::NodeId;
 use crate::geometry::come;
 use crate::grain_point::{self, GRAINS, Point};
@@ -88,8 +89,8 @@ pub struct Channel {
     pub knots: Vec<Knot>,
     /// The channel or the water that this channel runs into.
     pub mouth: Mouth,
-    /// Slope of the hillsides around the channel.
-    pub hill_slope: f64,
+    /// The laws at the channel's head.
+    pub laws: Laws,
     /// Least slope, in metres a grain, at which the floor must rise near the mouth towards the channel that this one
     /// joins, so that the joined channel does not lie above the floor.
     pub joined_slope: f64,
@@ -112,13 +113,13 @@ heap_bytes!(Channel: knots, sections);
 
 impl Channel {
     /// Creates the channel through these knots.
-    pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
+    pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, laws: Laws) -> Channel {
         let bounds = bounds(&knots);
         Channel {
             id,
             knots,
             mouth,
-            hill_slope,
+            laws,
             joined_slope: 0.0,
             next: None,
             lake: None,
@@ -244,10 +245,12 @@ fn bounds(knots: &[Knot]) -> [Point; 2] {
 mod tests {
     use super::*;
     use crate::fluvial::lake::NO_LAKE;
+    use crate::fluvial::settings::FluvialSettings;
 
     fn channel(places: &[[i64; 2]]) -> Channel {
+        let [_, laws] = Laws::bounds(&FluvialSettings::default());
         let knot = |[x, y]: [i64; 2]| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
-        Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, 1.0)
+        Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, laws)
     }
 
     #[test]

@@ -63,7 +63,7 @@ fn section(fields: &Fields, channel: &Channel, knot: usize, bend: &Bend) -> Cros
         trough: trough as f32,
         river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
         flood_plain: (share * LEVEL * trough) as f32,
-        riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
+        riser: (riser_m / (channel.laws.hill_slope * fields.metres_a_grain())) as f32,
         bend: bend.turn as f32,
     }
 }
@@ -131,7 +131,7 @@ fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: 
 fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
     let way_m = above.at.distance(below.at) * fields.metres_a_grain();
-    (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
+    (above.level_m - below.level_m) / (way_m * channel.laws.hill_slope).max(1e-9)
 }
 
 /// Returns the steepest slope from a knot to those upstream within the width of its floor, as a share of the hillside's
@@ -159,5 +159,5 @@ fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f6
         }
         before = beyond;
     }
-    steepest / (fields.metres_a_grain() * channel.hill_slope)
+    steepest / (fields.metres_a_grain() * channel.laws.hill_slope)
 }

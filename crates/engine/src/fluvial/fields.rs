@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::laws::Laws;
 use super::potential::Potential;
 use super::settings::{CoastSettings, FluvialSettings};
 use crate::geometry::{bilinear, length, smooth};
@@ -29,7 +30,9 @@ pub struct Fields {
     /// Grains between channels of the finest level.
     finest: i64,
     potential: Potential,
-    uplift: PointNoise,
+    pub(super) uplift: PointNoise,
+    /// The least and the greatest value of each law over all places.
+    bounds: [Laws; 2],
     flood_plain: PointNoise,
     sea: Option<Sea>,
     base_m: f64,
@@ -171,6 +174,7 @@ impl Fields {
             finest: finest_vertices as i64 * GRAINS,
             potential,
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
+            bounds: Laws::bounds(settings),
             flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
@@ -306,45 +310,20 @@ impl Fields {
         if in_sea { self.lowstand_level_m() } else { self.base_m }
     }
 
-    /// Returns the rate at which the land rises at a point, above 0 to 1.
-    pub fn uplift(&self, at: Point) -> f64 {
-        self.uplift_by(self.uplift.at(at))
+    /// Returns the least value of each law over all places.
+    pub fn least_laws(&self) -> &Laws {
+        &self.bounds[0]
     }
 
-    /// Returns the [rates of uplift](Fields::uplift) at any number of points, for callers that know all points
-    /// beforehand.
-    pub fn uplifts(&self, points: &[Point]) -> Vec<f64> {
-        self.uplift.at_all(points).into_iter().map(|noise| self.uplift_by(noise)).collect()
+    /// Returns the greatest value of each law over all places.
+    pub fn most_laws(&self) -> &Laws {
+        &self.bounds[1]
     }
 
-    fn uplift_by(&self, noise: f64) -> f64 {
-        let (mask, least) = (&self.settings.uplift.mask, self.settings.uplift.least);
-        let t = ((noise - mask.from) / (mask.to - mask.from)).clamp(0.0, 1.0);
-        least + (1.0 - least) * t * t * (3.0 - 2.0 * t)
-    }
-
-    /// Returns the slope of hillsides, by uplift.
-    pub fn hill_slope(&self, uplift: f64) -> f64 {
-        let [low, high] = self.settings.hill_slope;
-        low + (high - low) * uplift
-    }
-
-    /// Returns the slope of the gentlest hillsides.
-    pub fn least_hill_slope(&self) -> f64 {
-        let [low, high] = self.settings.hill_slope;
-        low.min(high)
-    }
-
-    /// Returns the slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
-    pub fn river_slope(&self, uplift: f64, area: f64) -> f64 {
-        let slope = self.settings.trunk_slope * uplift / area.sqrt();
-        // Stay below a fixed share of the hill slope; otherwise hillsides could not rise from the channel.
-        slope / (1.0 + slope / (self.settings.channel_slope * self.hill_slope(uplift)))
-    }
-
-    /// Returns the least slope across a channel that follows the law of rivers, as a share of the hillside's.
+    /// Returns the least slope across a channel that follows the law of rivers, as a share of the hillside's, over all
+    /// places.
     pub fn least_cross(&self) -> f64 {
-        across(self.settings.channel_slope.min(LEAST_CROSS))
+        across(self.most_laws().channel_slope.min(LEAST_CROSS))
     }
 
     /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.

@@ -3,6 +3,7 @@
 use super::brook_relief::{Rest, RestLaw};
 use super::detail::Detail;
 use super::fields::Fields;
+use super::laws::Laws;
 use super::segment::Reach;
 use crate::area::Area;
 use crate::grain_point::Point;
@@ -24,18 +25,13 @@ impl Hillsides {
         let (step, levels) = (detail.slope_step / detail.step, detail.channels.levels);
         let coarse = detail.slope_step;
         let corners = corners(area, step).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
-        let uplifts = fields.uplifts(&corners.collect::<Vec<_>>());
-        let table = |of: &dyn Fn(f64) -> f64| {
-            bilinear(area, step, &uplifts.iter().map(|uplift| of(*uplift) as f32).collect::<Vec<_>>())
+        let laws = fields.all_laws(&corners.collect::<Vec<_>>());
+        let table = |of: &dyn Fn(&Laws) -> f64| {
+            bilinear(area, step, &laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>())
         };
-        let law = |uplift| RestLaw::new(fields, uplift, levels);
-        let rest =
-            || Rest { slope: table(&|uplift| law(uplift).slope), height_m: table(&|uplift| law(uplift).height_m) };
-        Hillsides {
-            reach,
-            slope: table(&|uplift| fields.hill_slope(uplift)),
-            rest: (levels < fields.levels()).then(rest),
-        }
+        let law = |laws: &Laws| RestLaw::new(fields, laws, levels);
+        let rest = || Rest { slope: table(&|laws| law(laws).slope), height_m: table(&|laws| law(laws).height_m) };
+        Hillsides { reach, slope: table(&|laws| laws.hill_slope), rest: (levels < fields.levels()).then(rest) }
     }
 }
 

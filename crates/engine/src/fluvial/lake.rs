@@ -136,7 +136,7 @@ impl Hollow {
         least_m: impl Fn(Point) -> f64,
         others: impl Fn(Point) -> f64,
     ) -> bool {
-        let hill_slope = channel.hill_slope;
+        let hill_slope = channel.laws.hill_slope;
         let whole = ways(&channel.knots).pop().expect("a channel has knots");
         let mut knots = refined(&channel.knots, whole / LEAST_SEGMENTS);
         let way = ways(&knots);

@@ -445,7 +445,7 @@ pub fn segments_of(
             riser: section(|section| section.riser),
             bend: section(|section| section.bend),
             pool_m: pair[0].pool_m,
-            sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, most_sunk),
+            sunk: (sunk_m / (channel.laws.hill_slope * fields.metres_a_grain())).clamp(0.0, most_sunk),
         })
     })
 }
@@ -455,6 +455,7 @@ mod tests {
     use super::*;
     use crate::fluvial::channel::{Knot, Mouth};
     use crate::fluvial::cross_section::{MOST_LEAN, measured};
+    use crate::fluvial::laws::Laws;
     use crate::fluvial::settings::FluvialSettings;
     use crate::grain_point::GRAINS;
 
@@ -463,7 +464,8 @@ mod tests {
         let fields = Fields::of_preset("plains", 4, change);
         let knot =
             |x: i64, level_m: f64| Knot { at: Point::at_vertex(x, 0), level_m, area: 8.0, pool_m: f64::NEG_INFINITY };
-        let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, hill_slope);
+        let laws = Laws { hill_slope, ..*fields.most_laws() };
+        let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, laws);
         let river = measured(&fields, river);
         segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
     }

@@ -128,8 +128,7 @@ impl Fluvial {
     /// Greatest rise in metres above the lowest valley side up to which gullies and moraines need to know the
     /// next-lowest side.
     pub(super) fn crest_read_m(&self, gullies: Option<&Gullies>) -> f32 {
-        let settings = self.fields.settings();
-        let steepest = settings.hill_slope[0].max(settings.hill_slope[1]) as f32;
+        let steepest = self.fields.most_laws().hill_slope as f32;
         let by_moraines_m = self.moraines.as_ref().map_or(0.0, |_| moraine::CREST_READ_M);
         let by_gullies_m = gullies.map_or(0.0, |gullies| gullies.crest_read_m(steepest));
         by_gullies_m.max(by_moraines_m)

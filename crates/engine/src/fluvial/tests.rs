@@ -433,7 +433,7 @@ fn dry_brooks_leave_no_beds_on_the_floors_of_larger_valleys() {
             continue;
         }
         let around = larger(&fluvial, &channel);
-        let slope = fields.hill_slope(fields.uplift(mouth.at)).min(channel.hill_slope) * fields.metres_a_grain();
+        let slope = fields.laws(mouth.at).hill_slope.min(channel.laws.hill_slope) * fields.metres_a_grain();
         for knot in &channel.knots[1..channel.knots.len() - 1] {
             let at = knot.at.from(around.origin);
             let lowest = around.all.iter().min_by(|a, b| a.side_m(at, slope).total_cmp(&b.side_m(at, slope)));

@@ -10,6 +10,7 @@ use super::course_offsets;
 use super::cross_section::measured;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
+use super::laws::Laws;
 use super::plane::lines;
 use super::segment::{Circle, Segment, SegmentBounds, segments_of};
 use super::segments_above::{self, Above, AsksAbove, ChannelPart};
@@ -99,7 +100,7 @@ impl Tributaries {
         let may_be_lower = |other: &&Arc<Channel>| other.knots.iter().any(|knot| knot.level_m < highest_m);
         let segments = segments_of_all(&self.fields, others.iter().filter(may_be_lower), origin);
         let segments: Vec<&Segment> = segments.iter().collect();
-        cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
+        cut_into(&self.fields, &mut channel.knots, channel.laws.hill_slope, &segments, origin);
         let lower = |circle: &Circle, slope, most_m| nearly_below(&segments, circle, slope, most_m);
         leave_to_captors(&self.fields, &mut channel, lower, origin);
         if channel.lake.is_none() && channel.mouth != Mouth::Sea {
@@ -147,13 +148,14 @@ impl Tributaries {
         let places = self.wander(level, (id.1, id.2), [from, way], &surroundings.lines(near));
         let knot = Knot { at: shore, level_m, area: most_area(level), pool_m };
         let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
-        let mut knots = TributaryBed::new(fields, level, (knot, origin), &places, near, filled_m).knots();
+        let laws = fields.laws(head);
+        let mut knots = TributaryBed::new(fields, (level, &laws), (knot, origin), &places, near, filled_m).knots();
         knots.reverse();
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
             knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), pool_m });
         }
-        let mut channel = Channel::new(id, knots, mouth, fields.hill_slope(fields.uplift(head)));
+        let mut channel = Channel::new(id, knots, mouth, laws);
         channel.lake = lake.map(|(_, id)| id);
         channel.joined_slope = joined_slope;
         if fields.is_wet(most_area(level)) {
@@ -191,7 +193,7 @@ impl Tributaries {
         let is_own = |at: Point| !larger.iter().any(|segment| segment.has_on_floor(at.from(origin)));
         let others = segments_of_all(fields, others.iter(), origin);
         near.extend(&others);
-        let beside = GentlestSides { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
+        let beside = GentlestSides { slope: BESIDE * channel.laws.hill_slope * fields.metres_a_grain(), trough: 0.0 };
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
             let at = at.from(origin);
@@ -245,16 +247,19 @@ fn leave_to_captors<'a>(
     lower: impl FnOnce(&Circle, f64, f64) -> Vec<&'a Segment>,
     origin: Point,
 ) {
-    let least_slope = channel.hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
+    let least_slope = channel.laws.hill_slope.min(fields.least_laws().hill_slope) * fields.metres_a_grain();
     let (circle, highest_m) = bed_in(&channel.knots, origin);
     let others = lower(&circle, least_slope, highest_m);
-    let hangs = |knot: &Knot| {
+    if others.is_empty() {
+        return;
+    }
+    let laws = fields.all_laws(&channel.knots.iter().map(|knot| knot.at).collect::<Vec<_>>());
+    let hangs = |(knot, laws): (&Knot, &Laws)| {
         let at = knot.at.from(origin);
-        let gentlest = fields.hill_slope(fields.uplift(knot.at)).min(channel.hill_slope);
-        let hillside = gentlest * fields.metres_a_grain();
+        let hillside = laws.hill_slope.min(channel.laws.hill_slope) * fields.metres_a_grain();
         others.iter().any(|segment| segment.side_below_m(at, hillside, knot.level_m - HANGS_M).is_some())
     };
-    let captured = channel.knots.iter().rposition(hangs).map_or(0, |last| last + 1);
+    let captured = channel.knots.iter().zip(&laws).rposition(hangs).map_or(0, |last| last + 1);
     // A channel keeps two knots at least, and the lower is where it meets another.
     channel.knots.drain(..captured.min(channel.knots.len() - 2));
 }

@@ -422,7 +422,7 @@ impl Courses {
         asker: &impl AsksAbove,
     ) -> Option<Ends> {
         let fields = &self.fields;
-        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
+        let hill_slope = fields.laws(head).hill_slope * fields.metres_a_grain();
         let from = head.from(above.origin);
         let within = known(fields, level);
         let (head_m, owner) = above.lowest_side(from, hill_slope, within)?;

@@ -135,8 +135,7 @@ impl TrunkCourses {
             None => knot(there.at, nodes.drained(to).level_m),
         };
         let mouth = if sea_at.is_some() || there.sea { Mouth::Sea } else { Mouth::Channel((0, to.0, to.1)) };
-        let hill_slope = fields.hill_slope(fields.uplift(from));
-        let trunk = Channel::new((0, id.0, id.1), vec![knot(from, level_m), end], mouth, hill_slope);
+        let trunk = Channel::new((0, id.0, id.1), vec![knot(from, level_m), end], mouth, fields.laws(from));
         Some(measured(fields, trunk))
     }
 
@@ -153,7 +152,7 @@ impl TrunkCourses {
         let origin = trunk.knots[0].at;
         let segments: Vec<Segment> =
             others.iter().flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
-        cut_into(&self.fields, &mut trunk.knots, trunk.hill_slope, &segments.iter().collect::<Vec<_>>(), origin);
+        cut_into(&self.fields, &mut trunk.knots, trunk.laws.hill_slope, &segments.iter().collect::<Vec<_>>(), origin);
         lake::fill(&mut trunk.knots);
         Some(Arc::new(measured(&self.fields, trunk)))
     }
@@ -197,8 +196,7 @@ impl TrunkCourses {
             let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
             let at = nodes.node(to).at;
             if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
-                let hill_slope = fields.hill_slope(fields.uplift(at));
-                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, trough));
+                hollow.dig_sink(trunk, hollow.depth_m(fields, fields.laws(at).hill_slope, trough));
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
         } else if here.lake {

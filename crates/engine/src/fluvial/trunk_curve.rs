@@ -78,9 +78,8 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
         Some(_) => Mouth::Channel((0, to.0, to.1)),
         None => Mouth::Sink(to),
     };
-    let hill_slope = fields.hill_slope(fields.uplift(here.at));
     let next = (!in_bay).then_some((to, is_main));
-    let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, hill_slope);
+    let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, fields.laws(here.at));
     trunk.next = next;
     Some(trunk)
 }

@@ -484,7 +484,7 @@ impl Look<'_> {
                 None => (basin.nodes[basin.place(to)].1.level_m, 1.0),
             };
             let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
-            let slope = self.fields.river_slope(self.fields.uplift(node.at), area as f64);
+            let slope = self.fields.laws(node.at).river_slope(area as f64);
             let free_m = below_m + length_m * slope;
             let drained = &mut basin.nodes[here].1;
             // The least fall is applied last, since a falling river matters more than a bed below the coast. The fall
