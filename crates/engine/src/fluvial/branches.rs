@@ -274,7 +274,7 @@ impl<'a> Trunk<'a> {
         let (fields, metres) = (self.fields, self.fields.metres_a_grain());
         let least = LEAST_VERTICES * GRAINS as f64;
         let is_wide = |section: &CrossSection| {
-            let riser = f64::from(section.riser) * f64::from(fields.settings().terraces);
+            let riser = f64::from(section.riser) * f64::from(fields.terraces());
             let bank_m = f64::from(section.lean) * away * self.channel.laws.hill_slope * metres;
             away - floor <= f64::from(section.flood_plain)
                 && away + floor + riser <= LEVEL * f64::from(section.trough)
@@ -391,7 +391,7 @@ impl<'a> Trunk<'a> {
         let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.laws);
         // Beyond this distance, the sides of the branch's narrow floor have risen above the floor of the river and
         // above the sides that rise from it.
-        let risers = f64::from(middle.riser) * f64::from(self.fields.settings().terraces);
+        let risers = f64::from(middle.riser) * f64::from(self.fields.terraces());
         channel.near = 2.0 * (away + floor + risers);
         let channel = measured(self.fields, channel);
         let narrow = |section: &CrossSection| CrossSection {

@@ -226,6 +226,11 @@ impl Channel {
         None
     }
 
+    /// Returns the places of the knots.
+    pub fn places(&self) -> Vec<Point> {
+        self.knots.iter().map(|knot| knot.at).collect()
+    }
+
     /// Returns the places of the knots, relative to an origin.
     pub fn course(&self, origin: Point) -> Vec<DVec2> {
         self.knots.iter().map(|knot| knot.at.from(origin)).collect()
@@ -248,7 +253,7 @@ mod tests {
     use crate::fluvial::settings::FluvialSettings;
 
     fn channel(places: &[[i64; 2]]) -> Channel {
-        let [_, laws] = Laws::bounds(&FluvialSettings::default());
+        let [_, laws] = Laws::bounds(&FluvialSettings::default(), 0.0);
         let knot = |[x, y]: [i64; 2]| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
         Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, laws)
     }

@@ -11,7 +11,7 @@ use glam::DVec2;
 use super::laws::Laws;
 use super::potential::Potential;
 use super::settings::{CoastSettings, FluvialSettings};
-use crate::geometry::{bilinear, length, smooth};
+use crate::geometry::{bilinear, length};
 use crate::grain_point::{AROUND, GRAINS, Point};
 use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
@@ -88,10 +88,7 @@ const MOST_SPRING: f64 = 0.8;
 
 /// Upper limit of half the width of a valley's floor, as a share of a trunk cell's side: two floors side by side leave
 /// room for a ridge.
-const WIDEST_TROUGH: f64 = 0.15;
-
-/// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
-const ICE_RISE_M: f64 = 300.0;
+pub(super) const WIDEST_TROUGH: f64 = 0.15;
 
 /// Half width by which glaciers widen a floor, as a share of the distance between valleys of its level; and the largest
 /// distance that counts, as a multiple of that of the finest level. Cirques are half a kilometre wide, as those of the
@@ -103,9 +100,6 @@ const WIDEST_ICE: i64 = 6;
 /// added; and the wavelength of the noise, as a share of the distance between trunks. Chosen by eye.
 const FLOOD_PLAIN: (f64, f64) = (0.5, 1.2);
 const FLOOD_PLAIN_WAVE: f64 = 0.2;
-
-/// Height of a terrace in depths of its river. Chosen by eye.
-const RISER_DEPTHS: f64 = 2.0;
 
 /// Depth in metres that no river exceeds: about as deep as the lower Amazon.
 pub const DEEPEST_RIVER_M: f32 = 40.0;
@@ -174,7 +168,7 @@ impl Fields {
             finest: finest_vertices as i64 * GRAINS,
             potential,
             uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
-            bounds: Laws::bounds(settings),
+            bounds: Laws::bounds(settings, sea_level_m.unwrap_or(0.0)),
             flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
@@ -326,54 +320,38 @@ impl Fields {
         across(self.most_laws().channel_slope.min(LEAST_CROSS))
     }
 
-    /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.
-    pub fn iced(&self, level_m: f64) -> f64 {
-        self.settings.ice_m.map_or(0.0, |ice_m| smooth((level_m - (ice_m + self.datum_m())) / ICE_RISE_M))
-    }
-
-    /// Returns the half width in grains of the floor of a level's valley, by the area that drains there and the height
-    /// of its bed.
-    pub fn trough(&self, level: u32, area: f64, level_m: f64) -> f64 {
-        self.water_trough(area) + self.most_iced(level) * self.iced(level_m)
-    }
-
-    /// Returns the half width in grains that no floor of a level exceeds.
+    /// Returns the half width in grains that no floor of a level exceeds, over all places.
     pub fn widest_trough(&self, level: u32) -> f64 {
         match level {
             0 => self.widest_water_trough(),
-            _ => self.water_trough(most_area(level)) + self.most_iced(level),
+            _ => Laws { ice_m: self.least_laws().ice_m, ..*self.most_laws() }.widest_trough(self, level),
         }
     }
 
-    /// Returns the largest half width by which glaciers have widened the floors of a level. Trunks have none, as their
-    /// width follows from the area that drains there, nor have the finest valleys, which are younger than the ice.
-    fn most_iced(&self, level: u32) -> f64 {
-        match level > 0 && level + 1 < self.levels() && self.settings.ice_m.is_some() {
+    /// Returns the largest half width in grains by which glaciers widen the floors of a level. Trunks have none, as
+    /// their width follows from the area that drains there, nor have the finest valleys, which are younger than the
+    /// ice.
+    pub(super) fn most_iced(&self, level: u32) -> f64 {
+        match level > 0 && level + 1 < self.levels() {
             true => ICE_WIDTH * self.side(level).min(WIDEST_ICE * self.side(self.levels() - 1)) as f64,
             false => 0.0,
         }
     }
 
-    /// Returns the half width in grains of a valley's floor that water alone has made, by the area that drains there.
-    fn water_trough(&self, area: f64) -> f64 {
-        // Like the river's width, the floor's grows with the root of the discharge, but less and less for large rivers.
-        let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
-        self.widest_water_trough() * share / (1.0 + share * share).sqrt()
-    }
-
-    /// Returns the half width in grains that no such floor reaches, however large the area is that drains there.
-    fn widest_water_trough(&self) -> f64 {
+    /// Returns the half width in grains that no floor made by water alone reaches, however large the area is that
+    /// drains there.
+    pub(super) fn widest_water_trough(&self) -> f64 {
         WIDEST_TROUGH * self.side(0) as f64
     }
 
-    /// Returns the share of the level part of a floor that is flood plain at a point, and the height in metres of the
-    /// terraces above the flood plain, by the area that drains there.
-    pub fn terrace(&self, at: Point, area: f64) -> (f64, f64) {
-        if self.settings.terraces == 0 {
-            return (1.0, 0.0);
-        }
-        let share = (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0);
-        (share, RISER_DEPTHS * river_depth_m(self.discharge_m3s(area)) as f64)
+    /// Returns the number of terraces from the flood plains to the sides of valleys.
+    pub fn terraces(&self) -> u32 {
+        self.settings.terraces
+    }
+
+    /// Returns the share of the level part of a floor that is flood plain at a point, where terraces rise from it.
+    pub fn flood_plain(&self, at: Point) -> f64 {
+        (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0)
     }
 
     /// Returns the discharge in cubic metres a second, by area: what runs off the area in a year.

@@ -141,8 +141,9 @@ impl Hollow {
         let mut knots = refined(&channel.knots, whole / LEAST_SEGMENTS);
         let way = ways(&knots);
         let sill = way.partition_point(|way| *way < self.sill * whole).clamp(1, knots.len() - 2);
-        let Knot { level_m, area, .. } = knots[sill];
-        let trough = fields.trough(channel.id.0, area, level_m);
+        let Knot { at, level_m, area, .. } = knots[sill];
+        let laws = if channel.id.0 == 0 { fields.laws(at) } else { channel.laws };
+        let trough = laws.trough(fields, channel.id.0, area, level_m);
         let lake = self.on_floor(trough);
         if lake.half_width < 2.0 * fields.least_lake(area) || lake.half_width > fields.lake_half_width() {
             return false;

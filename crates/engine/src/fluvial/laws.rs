@@ -1,8 +1,9 @@
 //! The laws of the land at one place: values from which slopes follow. They differ from place to place, over kilometres
 //! and more.
 
-use super::fields::Fields;
+use super::fields::{Fields, WIDEST_TROUGH, most_area};
 use super::settings::FluvialSettings;
+use crate::geometry::smooth;
 use crate::grain_point::Point;
 use crate::noise::point_noise::PointField;
 
@@ -15,13 +16,36 @@ pub struct Laws {
     pub bed_slope: f64,
     /// Slope that no river exceeds, as a share of the slope of hillsides.
     pub channel_slope: f64,
+    /// Half width of valley floors, as a share of the side of the area that drains there.
+    pub valley: f64,
+    /// Height in metres above which glaciers have shaped the valleys of tributaries; infinite where there were none.
+    pub ice_m: f64,
+    /// Height of a terrace in depths of its river; 0 where floors have no terraces.
+    pub terrace_depths: f64,
+    /// Height of levees, as a share of what the hillside rises over an eighth of the river's width.
+    pub levees: f64,
 }
 
+/// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
+const ICE_RISE_M: f64 = 300.0;
+
+/// Height of a terrace in depths of its river. Chosen by eye.
+const TERRACE_DEPTHS: f64 = 2.0;
+
 impl Laws {
-    /// Returns the least and the greatest value of each law over all places of a land with these settings.
-    pub fn bounds(settings: &FluvialSettings) -> [Laws; 2] {
+    /// Returns the least and the greatest value of each law over all places of a land with these settings, whose
+    /// heights count from a datum in metres.
+    pub fn bounds(settings: &FluvialSettings, datum_m: f64) -> [Laws; 2] {
         let [low, high] = settings.hill_slope;
-        let everywhere = Laws { hill_slope: 0.0, bed_slope: 0.0, channel_slope: settings.channel_slope };
+        let everywhere = Laws {
+            hill_slope: 0.0,
+            bed_slope: 0.0,
+            channel_slope: settings.channel_slope,
+            valley: settings.valley,
+            ice_m: settings.ice_m.map_or(f64::INFINITY, |ice_m| ice_m + datum_m),
+            terrace_depths: if settings.terraces > 0 { TERRACE_DEPTHS } else { 0.0 },
+            levees: settings.levees,
+        };
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
         [bound(low.min(high), settings.uplift.least), bound(low.max(high), 1.0)]
     }
@@ -36,6 +60,30 @@ impl Laws {
     /// Returns the slope that no river exceeds.
     pub fn steepest_river(&self) -> f64 {
         self.channel_slope * self.hill_slope
+    }
+
+    /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.
+    pub fn iced(&self, level_m: f64) -> f64 {
+        smooth((level_m - self.ice_m) / ICE_RISE_M)
+    }
+
+    /// Returns the half width in grains of the floor of a level's valley, by the area that drains there and the height
+    /// of its bed.
+    pub fn trough(&self, fields: &Fields, level: u32, area: f64, level_m: f64) -> f64 {
+        self.water_trough(fields, area) + fields.most_iced(level) * self.iced(level_m)
+    }
+
+    /// Returns the half width in grains that no floor of a level exceeds whose valley is a tributary's.
+    pub fn widest_trough(&self, fields: &Fields, level: u32) -> f64 {
+        let iced = if self.ice_m < f64::INFINITY { fields.most_iced(level) } else { 0.0 };
+        self.water_trough(fields, most_area(level)) + iced
+    }
+
+    /// Returns the half width in grains of a valley's floor that water alone has made, by the area that drains there.
+    fn water_trough(&self, fields: &Fields, area: f64) -> f64 {
+        // Like the river's width, the floor's grows with the root of the area, but less and less for large rivers.
+        let share = self.valley * area.sqrt() / WIDEST_TROUGH;
+        fields.widest_water_trough() * share / (1.0 + share * share).sqrt()
     }
 }
 

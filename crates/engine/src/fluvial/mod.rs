@@ -33,7 +33,7 @@
 
 pub mod settings;
 mod potential;
-mod laws;
+pub mod laws;
 pub mod fields;
 mod strata_and_ceiling;
 mod plane;

@@ -253,7 +253,7 @@ impl Moraines {
             sides: [1.0 - 0.5 * side, 0.5 + 0.5 * side],
         };
         let (middle, reach_m) = moraine.reach();
-        let is_iced = self.fields.settings().ice_m.is_none() || self.fields.iced(knot.level_m) > 0.5;
+        let is_iced = channel.laws.ice_m == f64::INFINITY || channel.laws.iced(knot.level_m) > 0.5;
         let is_sea = knot.level_m < self.fields.lowest_lake_m();
         let is_lake = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY && knot.at.distance(middle) * metres < reach_m;
         // Every vertex within the moraine's reach must know the channel's segment here.

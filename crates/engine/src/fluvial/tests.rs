@@ -372,7 +372,8 @@ fn glaciers_leave_wide_floors_and_cirques() {
     let fluvial = relief("alps");
     let fields = &fluvial.fields;
     let (high_m, low_m) = (1350.0, 500.0);
-    let widened_m = (fields.trough(3, 0.01, high_m) - fields.trough(3, 0.01, low_m)) * fields.metres_a_grain();
+    let trough = |level_m: f64| fields.most_laws().trough(fields, 3, 0.01, level_m);
+    let widened_m = (trough(high_m) - trough(low_m)) * fields.metres_a_grain();
     assert!(widened_m > 100.0, "{widened_m} m");
     // In a valley that held ice, the uppermost quarter is the floor of a cirque, and the quarter below it is a step.
     let (mut cirques, mut iced) = (0, 0);

@@ -253,7 +253,7 @@ fn leave_to_captors<'a>(
     if others.is_empty() {
         return;
     }
-    let laws = fields.all_laws(&channel.knots.iter().map(|knot| knot.at).collect::<Vec<_>>());
+    let laws = fields.all_laws(&channel.places());
     let hangs = |(knot, laws): (&Knot, &Laws)| {
         let at = knot.at.from(origin);
         let hillside = laws.hill_slope.min(channel.laws.hill_slope) * fields.metres_a_grain();

@@ -123,7 +123,7 @@ impl<'a> TributaryBed<'a> {
         // Near the larger valley hillsides may be gentler than at the head.
         let gentlest = fields.laws(shore.at).hill_slope.min(laws.hill_slope);
         let hillside = gentlest * fields.metres_a_grain();
-        let beside = GentlestSides { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
+        let beside = GentlestSides { slope: BESIDE * hillside, trough: laws.widest_trough(fields, level) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
         let rises_m = rises_m(fields, level, laws, shore.level_m, &way_m);
@@ -258,7 +258,7 @@ fn area_at(level: u32, share: f64) -> f64 {
 /// the shore, which lies at a height.
 fn rises_m(fields: &Fields, level: u32, laws: &Laws, shore_m: f64, way_m: &[f64]) -> Vec<f64> {
     // The finest valleys are younger than the ice, so glaciers have not shaped them.
-    let iced = if level + 1 < fields.levels() { fields.iced(shore_m) } else { 0.0 };
+    let iced = if level + 1 < fields.levels() { laws.iced(shore_m) } else { 0.0 };
     let whole_m = way_m[way_m.len() - 1];
     let rise_m = |ends: &[f64]| {
         let middle = f64::midpoint(ends[0] / whole_m, ends[1] / whole_m);

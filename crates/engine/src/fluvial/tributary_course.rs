@@ -14,6 +14,7 @@ use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::course_offsets;
 use super::cross_section::MOST_LEAN;
 use super::fields::{Fields, INTO_SEA, most_area};
+use super::laws::Laws;
 use super::segment::{Segment, SegmentBounds, rise};
 use super::segments_above::{Above, AsksAbove, ChannelPart, Near};
 use super::trunk_lattice::NodeId;
@@ -422,7 +423,8 @@ impl Courses {
         asker: &impl AsksAbove,
     ) -> Option<Ends> {
         let fields = &self.fields;
-        let hill_slope = fields.laws(head).hill_slope * fields.metres_a_grain();
+        let laws = fields.laws(head);
+        let hill_slope = laws.hill_slope * fields.metres_a_grain();
         let from = head.from(above.origin);
         let within = known(fields, level);
         let (head_m, owner) = above.lowest_side(from, hill_slope, within)?;
@@ -441,8 +443,18 @@ impl Courses {
         // other on the floor of a lake.
         let to = |beside: Near| {
             let channel = asker.channel(beside.channel)?;
-            Joining { fields, level, head, head_m, hill_slope, channel: &channel, segment: beside.segment, above }
-                .ends(|| chance(hash::network_level(self.seed, level), id, Draw::Foot, 0))
+            Joining {
+                fields,
+                laws: &laws,
+                level,
+                head,
+                head_m,
+                hill_slope,
+                channel: &channel,
+                segment: beside.segment,
+                above,
+            }
+            .ends(|| chance(hash::network_level(self.seed, level), id, Draw::Foot, 0))
         };
         to(owner).or_else(|| {
             let (_, nearest) = above.nearest(from, within)?;
@@ -454,6 +466,8 @@ impl Courses {
 /// A tributary in search of its end at a channel.
 struct Joining<'a> {
     fields: &'a Fields,
+    /// The laws at the head.
+    laws: &'a Laws,
     level: u32,
     head: Point,
     head_m: f64,
@@ -508,7 +522,7 @@ impl Joining<'_> {
         channel.downstream(place, clear.max(left))?;
         let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
         // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
-        let trough = self.fields.trough(self.level, most_area(self.level), level_m);
+        let trough = self.laws.trough(self.fields, self.level, most_area(self.level), level_m);
         let line = LineSegment { from: [0.0; 2], along: self.head.from(foot).into() };
         let upstream = channel.knots[..=place.0].iter();
         let above = upstream.map(|knot| (line.distance(knot.at.from(foot).into()), knot.level_m - level_m));

@@ -192,11 +192,12 @@ impl TrunkCourses {
         if sink.to.is_none() && sink.lake {
             // All trunks that end at the sink reach the same depth.
             let area = sink.area as f64;
-            let trough = fields.trough(0, area, sink.level_m);
-            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
             let at = nodes.node(to).at;
+            let laws = fields.laws(at);
+            let trough = laws.trough(fields, 0, area, sink.level_m);
+            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
             if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
-                hollow.dig_sink(trunk, hollow.depth_m(fields, fields.laws(at).hill_slope, trough));
+                hollow.dig_sink(trunk, hollow.depth_m(fields, laws.hill_slope, trough));
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
         } else if here.lake {
@@ -281,7 +282,8 @@ impl TrunkCourses {
         let id = (trunk.id.1, trunk.id.2);
         let mut phase = chance(self.seed, id, Draw::MeanderPhase, 0);
         let mut meanders = Vec::with_capacity(knots.len());
-        for (step, knot) in knots.iter().enumerate() {
+        let laws = self.fields.all_laws(&trunk.places());
+        for (step, (knot, laws)) in knots.iter().zip(&laws).enumerate() {
             // Chance changes from meander to meander, and is interpolated within each.
             let (wave, within) = (phase.floor() as usize, phase - phase.floor());
             let luck = |draw| {
@@ -291,7 +293,7 @@ impl TrunkCourses {
             let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.area);
             let wave = wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave));
             // Where the valley's floor is wide enough for the whole meander belt, the river turns further.
-            let floor = LEVEL * self.fields.trough(trunk.id.0, knot.area, knot.level_m);
+            let floor = LEVEL * laws.trough(&self.fields, trunk.id.0, knot.area, knot.level_m);
             let fits = (floor / Meander::swing(wave, MOST_TURN)).min(1.0);
             let most = CONFINED_TURN + (MOST_TURN - CONFINED_TURN) * fits;
             let turn = most * strength * (WAVE_TURNS.0 + WAVE_TURNS.1 * luck(Draw::MeanderTurn));

@@ -472,8 +472,8 @@ pub(super) fn spacing_m(fields: &Fields, step: i64) -> f32 {
 pub(super) fn floor(fields: &Fields) -> Floor {
     Floor {
         level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * fields.metres_a_grain()) as f32,
-        levees: fields.settings().levees as f32,
-        terraces: fields.settings().terraces,
+        has_levees: fields.most_laws().levees > 0.0,
+        terraces: fields.terraces(),
     }
 }
 
