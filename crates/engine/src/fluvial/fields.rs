@@ -360,6 +360,17 @@ impl Fields {
         area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
     }
 
+    /// Returns the rain that runs off at a point, in metres a year.
+    pub fn runoff_m(&self, _at: Point) -> f64 {
+        self.settings.runoff_m
+    }
+
+    /// Returns the discharge in cubic metres a second that runs off the cell of the trunk lattice around a point.
+    pub fn runoff_m3s(&self, at: Point) -> f64 {
+        let side_m = self.side(0) as f64 * self.metres_a_grain;
+        side_m * side_m * self.runoff_m(at) / SECONDS_A_YEAR
+    }
+
     /// Returns the square metres from which a discharge in cubic metres a second runs off.
     pub fn drained_m2(&self, discharge_m3s: f64) -> f64 {
         discharge_m3s * SECONDS_A_YEAR / self.settings.runoff_m

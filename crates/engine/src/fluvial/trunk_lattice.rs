@@ -77,6 +77,8 @@ pub struct Drained {
     pub main: Option<NodeId>,
     /// Number of cells of the trunk lattice that drain through the node, its own included.
     pub area: u32,
+    /// Discharge in cubic metres a second: the water that runs off all these cells.
+    pub discharge_m3s: f64,
     /// Height of the valley's floor in metres.
     pub level_m: f64,
     /// True if a lake may lie on the way to the next node, or at the sink.
@@ -386,13 +388,16 @@ impl Look<'_> {
             let to = if id == sink { None } else { self.receiver(SPILL_ROUNDS, id) };
             let DryWay { sea_at, least } =
                 to.map_or(DryWay { sea_at: None, least: f64::INFINITY }, |to| self.way(id, to));
-            let drained = Drained { to, sea_at, main: None, area: 1, level_m: 0.0, lake: self.lake(id) };
+            let drained =
+                Drained { to, sea_at, main: None, area: 1, discharge_m3s: 0.0, level_m: 0.0, lake: self.lake(id) };
             basin.nodes.push((id, drained));
             ways.push(least);
         }
-        basin.add_areas(&flood);
+        let runoff_m3s: Vec<f64> =
+            basin.nodes.iter().map(|(id, _)| self.fields.runoff_m3s(self.node(*id).at)).collect();
+        basin.add_areas(&flood, &runoff_m3s);
         let flood = self.part_confluences(sink, &mut basin, &mut ways);
-        basin.add_areas(&flood);
+        basin.add_areas(&flood, &runoff_m3s);
         self.set_levels(&flood, &ways, &mut basin);
         basin
     }
@@ -504,11 +509,12 @@ impl Basin {
         self.nodes.binary_search_by_key(&id, |(id, _)| *id).expect("a basin holds what drains to its sink")
     }
 
-    /// Adds up the areas from the springs down, which is the reverse of the flood. The inflow with the most area is a
-    /// node's main river; the id decides between equal ones.
-    fn add_areas(&mut self, flood: &[NodeId]) {
-        for (_, drained) in &mut self.nodes {
-            (drained.area, drained.main) = (1, None);
+    /// Adds up the areas, and what runs off them, from the springs down, which is the reverse of the flood. The inflow
+    /// with the most area is a node's main river; the id decides between equal ones. `runoff_m3s` is that of each
+    /// node's own cell.
+    fn add_areas(&mut self, flood: &[NodeId], runoff_m3s: &[f64]) {
+        for ((_, drained), runoff_m3s) in self.nodes.iter_mut().zip(runoff_m3s) {
+            (drained.area, drained.discharge_m3s, drained.main) = (1, *runoff_m3s, None);
         }
         for id in flood.iter().rev() {
             let here = self.nodes[self.place(*id)].1;
@@ -516,6 +522,7 @@ impl Basin {
             let Some(to) = here.to.filter(|_| here.sea_at.is_none()) else { continue };
             let to = self.place(to);
             self.nodes[to].1.area += here.area;
+            self.nodes[to].1.discharge_m3s += here.discharge_m3s;
             // Each node receives all its inflows before its own area is handed on, so compared areas are complete.
             let larger = self.nodes[to].1.main.is_none_or(|main| {
                 let main_area = self.nodes[self.place(main)].1.area;
@@ -536,6 +543,25 @@ pub(super) fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn as_much_water_flows_through_a_node_as_runs_off_the_cells_above_it() {
+        let mut largest = 0;
+        for name in ["alps", "archipelago"] {
+            let fields = Arc::new(Fields::of_preset(name, 3, |_| {}));
+            let trunks = Trunks::new(Arc::clone(&fields), false, 3);
+            let look = trunks.look();
+            for id in (0..32 * 32).map(|n| (n % 32, n / 32)) {
+                let drained = look.drained(id);
+                // All cells of one land have the same runoff.
+                let expected_m3s = fields.discharge_m3s(f64::from(drained.area));
+                let off = (drained.discharge_m3s / expected_m3s - 1.0).abs();
+                assert!(off < 1e-12, "{name}: {id:?} has {} m3/s and not {expected_m3s}", drained.discharge_m3s);
+                largest = largest.max(drained.area);
+            }
+        }
+        assert!(largest > 20, "the largest river drains {largest} cells");
+    }
 
     /// If nodes side by side drained to the same node, their valleys would form a fan of as many as seven.
     #[test]
