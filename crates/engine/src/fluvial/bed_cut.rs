@@ -111,6 +111,7 @@ mod tests {
             at: Point::at_vertex(x, y),
             level_m,
             area: 0.001,
+            discharge_m3s: 0.01,
             pool_m: f64::NEG_INFINITY,
         };
         // The knots are a hundred vertices apart, and half way the deep head of another channel lies ten vertices

@@ -30,6 +30,8 @@ pub struct Knot {
     pub level_m: f64,
     /// Area that drains through the knot, in cells of the trunk lattice.
     pub area: f64,
+    /// Discharge through the knot in cubic metres a second.
+    pub discharge_m3s: f64,
     /// Height in metres of the lake that covers lower ground from here to the next knot; negative infinity where there
     /// is no lake.
     pub pool_m: f64,
@@ -44,6 +46,7 @@ impl Knot {
             at: self.at.towards(next.at, share),
             level_m: mix(self.level_m, next.level_m),
             area: mix(self.area, next.area),
+            discharge_m3s: mix(self.discharge_m3s, next.discharge_m3s),
             pool_m: self.pool_m,
         }
     }
@@ -164,6 +167,11 @@ impl Channel {
         self.bounds
     }
 
+    /// Returns the last knot.
+    pub fn mouth_knot(&self) -> &Knot {
+        &self.knots[self.knots.len() - 1]
+    }
+
     /// Returns the knot at a place.
     pub fn at(&self, (knot, share): ChannelPlace) -> Knot {
         match self.knots.get(knot + 1) {
@@ -254,7 +262,10 @@ mod tests {
 
     fn channel(places: &[[i64; 2]]) -> Channel {
         let [_, laws] = Laws::bounds(&FluvialSettings::default(), 0.0);
-        let knot = |[x, y]: [i64; 2]| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
+        let knot = |[x, y]: [i64; 2]| {
+            let (at, level_m) = (Point { x, y }, -(x as f64));
+            Knot { at, level_m, area: 1.0, discharge_m3s: 1.0, pool_m: NO_LAKE }
+        };
         Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, laws)
     }
 

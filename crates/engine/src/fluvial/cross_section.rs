@@ -54,7 +54,7 @@ pub fn measured(fields: &Fields, channel: Channel) -> Channel {
 
 /// Returns the cross-section at a knot of a channel, given the laws and the bend there.
 fn section(fields: &Fields, laws: &Laws, channel: &Channel, knot: usize, bend: &Bend) -> CrossSection {
-    let Knot { at, area, level_m, .. } = channel.knots[knot];
+    let Knot { at, area, discharge_m3s, level_m, .. } = channel.knots[knot];
     let steep = steepness(fields, channel, knot);
     let trough = laws.trough(fields, channel.id.0, area, level_m);
     let upstream = steepest_upstream(fields, channel, knot, trough);
@@ -63,14 +63,14 @@ fn section(fields: &Fields, laws: &Laws, channel: &Channel, knot: usize, bend: &
     // A lake has drowned its terraces.
     let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
     let riser_m = match has_terraces && !is_lake {
-        true => laws.terrace_depths * f64::from(river_depth_m(fields.discharge_m3s(area))),
+        true => laws.terrace_depths * f64::from(river_depth_m(discharge_m3s)),
         false => 0.0,
     };
     CrossSection {
         cross: across(steep) as f32,
         lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
         trough: trough as f32,
-        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
+        river: (fields.river_width_m(discharge_m3s) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
         flood_plain: (flood_plain * LEVEL * trough) as f32,
         riser: (riser_m / (channel.laws.hill_slope * fields.metres_a_grain())) as f32,
         bend: bend.turn as f32,
@@ -98,11 +98,11 @@ fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
     let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
     let ends: Vec<bool> = knots.iter().map(is_end).collect();
     let bend = |knot: usize| {
-        let Knot { at: here, area, .. } = knots[knot];
+        let Knot { at: here, discharge_m3s, .. } = knots[knot];
         if ends[knot] {
             return none.clone();
         }
-        let width = meander_width(fields, area);
+        let width = meander_width(fields, discharge_m3s);
         let others = |number: usize| (&knots[number], ends[number]);
         let way_up = ahead(here, (0..knot).rev().map(others), width);
         let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);

@@ -18,15 +18,13 @@ use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
 use crate::noise::point_noise::{PointField, PointNoise};
 
-const SECONDS_A_YEAR: f64 = 31_556_952.0;
+pub(super) const SECONDS_A_YEAR: f64 = 31_556_952.0;
 
 /// The slowly varying fields, and the laws that derive slopes and widths from them.
 #[derive(Debug)]
 pub struct Fields {
     settings: FluvialSettings,
     metres_a_grain: f64,
-    /// Discharge in cubic metres a second from which on a channel holds water.
-    spring_m3s: f64,
     /// Grains between channels of the finest level.
     finest: i64,
     potential: Potential,
@@ -81,10 +79,6 @@ pub const FEW_SHORE_HALVINGS: u32 = 3;
 
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
-
-/// Largest discharge of a spring as a share of that at its channel's mouth. With more, the channel's water would be a
-/// stub beside the larger river. Chosen by eye; the stub would have the last quarter of the channel.
-const MOST_SPRING: f64 = 0.8;
 
 /// Upper limit of half the width of a valley's floor, as a share of a trunk cell's side: two floors side by side leave
 /// room for a ridge.
@@ -161,9 +155,8 @@ impl Fields {
             }
             None => Potential::smooth(noise(basin_m, 2, Stream::Potential)),
         };
-        let mut fields = Fields {
+        Fields {
             settings: settings.clone(),
-            spring_m3s: settings.spring_m3s,
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
             potential,
@@ -179,13 +172,7 @@ impl Fields {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
                 None => settings.base_m,
             },
-        };
-        // If a level's channels would hold water on their very last stretch alone, a higher threshold leaves all of
-        // them dry.
-        let mouths_m3s = (1..=settings.levels).map(|level| fields.discharge_m3s(most_area(level)));
-        let mut scarce = mouths_m3s.filter(|mouth| (MOST_SPRING * mouth..=*mouth).contains(&settings.spring_m3s));
-        fields.spring_m3s = scarce.next().map_or(settings.spring_m3s, f64::next_up);
-        fields
+        }
     }
 
     /// Returns the recipe.
@@ -354,49 +341,39 @@ impl Fields {
         (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0)
     }
 
-    /// Returns the discharge in cubic metres a second, by area: what runs off the area in a year.
-    pub fn discharge_m3s(&self, area: f64) -> f64 {
-        let side_m = self.side(0) as f64 * self.metres_a_grain;
-        area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
-    }
-
-    /// Returns the rain that runs off at a point, in metres a year.
-    pub fn runoff_m(&self, _at: Point) -> f64 {
-        self.settings.runoff_m
-    }
-
-    /// Returns the discharge in cubic metres a second that runs off the cell of the trunk lattice around a point.
-    pub fn runoff_m3s(&self, at: Point) -> f64 {
-        let side_m = self.side(0) as f64 * self.metres_a_grain;
-        side_m * side_m * self.runoff_m(at) / SECONDS_A_YEAR
-    }
-
-    /// Returns the square metres from which a discharge in cubic metres a second runs off.
+    /// Returns the square metres, at least, from which a discharge in cubic metres a second runs off, wherever that is.
     pub fn drained_m2(&self, discharge_m3s: f64) -> f64 {
-        discharge_m3s * SECONDS_A_YEAR / self.settings.runoff_m
+        discharge_m3s * SECONDS_A_YEAR / self.most_laws().runoff_m
     }
 
-    /// Tells whether a channel holds water where it drains this area: its spring is then further up.
-    pub fn is_wet(&self, area: f64) -> bool {
-        self.holds_water(self.discharge_m3s(area))
+    /// Tells whether the tributary of a level with this head holds water, if there is one: its spring is then further
+    /// up than its mouth.
+    pub fn is_wet_at(&self, level: u32, head: Point) -> bool {
+        // At most levels, all tributaries hold water or none does.
+        self.may_be_wet(level) && (self.least_laws().is_wet(self, level) || self.laws(head).is_wet(self, level))
+    }
+
+    /// Tells whether there may be tributaries of a level that hold water.
+    pub fn may_be_wet(&self, level: u32) -> bool {
+        self.most_laws().is_wet(self, level)
     }
 
     /// Tells whether a channel with this discharge in cubic metres a second holds water.
     pub fn holds_water(&self, discharge_m3s: f64) -> bool {
-        discharge_m3s >= self.spring_m3s
-    }
-
-    /// Returns the width of a river in metres, by area.
-    ///
-    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the
-    /// discharge).
-    pub fn river_width_m(&self, area: f64) -> f64 {
-        self.settings.river_width_m * self.discharge_m3s(area).sqrt()
+        discharge_m3s >= self.spring_m3s()
     }
 
     /// Returns the discharge in cubic metres a second from which on a channel holds water.
     pub fn spring_m3s(&self) -> f64 {
-        self.spring_m3s
+        self.settings.spring_m3s
+    }
+
+    /// Returns the width of a river in metres, by its discharge in cubic metres a second.
+    ///
+    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the
+    /// discharge).
+    pub fn river_width_m(&self, discharge_m3s: f64) -> f64 {
+        self.settings.river_width_m * discharge_m3s.sqrt()
     }
 
     /// Returns the half width of the largest lakes in grains.
@@ -404,10 +381,10 @@ impl Fields {
         self.settings.lake_m.unwrap_or(self.settings.trunk_m / 16.0) / self.metres_a_grain
     }
 
-    /// Returns the half width in grains that water must exceed to be a lake, where a river drains this area: the
+    /// Returns the half width in grains that water must exceed to be a lake, where a river has this discharge: the
     /// river's own half width, and at least a vertex, as narrower water would hardly show.
-    pub fn least_lake(&self, area: f64) -> f64 {
-        (self.river_width_m(area) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
+    pub fn least_lake(&self, discharge_m3s: f64) -> f64 {
+        (self.river_width_m(discharge_m3s) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
     }
 
     /// Returns the metres from the lowstand's shore, about: inland above 0, at sea below. Infinite without a sea.
@@ -710,7 +687,11 @@ mod tests {
     #[test]
     fn no_level_holds_water_on_its_last_stretch_alone() {
         let wet = |spring_m3s: f64| {
-            Fields::of_preset("alps", 1, |settings| settings.spring_m3s = spring_m3s).is_wet(most_area(3))
+            let fields = Fields::of_preset("alps", 1, |settings| settings.spring_m3s = spring_m3s);
+            let is_wet = fields.may_be_wet(3);
+            let mouth_m3s = fields.most_laws().mouth_m3s(&fields, 3);
+            assert_eq!(fields.holds_water(mouth_m3s), is_wet, "at {mouth_m3s} m3/s");
+            is_wet
         };
         let mouth_m3s = 15_360.0f64.powi(2) * 0.8 / 31_556_952.0 / 64.0;
         let shares = [0.5, 0.79, 0.81, 0.99, 1.01];

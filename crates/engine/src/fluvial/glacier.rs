@@ -158,8 +158,9 @@ impl Glaciers {
         let seed = hash::network_level(self.seed, level);
         let front_m = self.line_m + FED_M * chance(seed, (x, y), Draw::Glacier, 0);
         // The glacier ends above the first river or lake.
-        let is_iced =
-            |knot: &&Knot| knot.level_m > front_m && !fields.is_wet(knot.area) && knot.pool_m == f64::NEG_INFINITY;
+        let is_iced = |knot: &&Knot| {
+            knot.level_m > front_m && !fields.holds_water(knot.discharge_m3s) && knot.pool_m == f64::NEG_INFINITY
+        };
         let iced = channel.knots.iter().take_while(is_iced).count();
         let long = ways(&channel.knots[..iced]).pop().map_or(0.0, |long| long.min(LONG_M[1] / metres));
         if long * metres < LONG_M[0] {

@@ -1,7 +1,7 @@
 //! The laws of the land at one place: values from which slopes follow. They differ from place to place, over kilometres
 //! and more.
 
-use super::fields::{Fields, WIDEST_TROUGH, most_area};
+use super::fields::{Fields, SECONDS_A_YEAR, WIDEST_TROUGH, most_area};
 use super::settings::FluvialSettings;
 use crate::geometry::smooth;
 use crate::grain_point::Point;
@@ -24,6 +24,8 @@ pub struct Laws {
     pub terrace_depths: f64,
     /// Height of levees, as a share of what the hillside rises over an eighth of the river's width.
     pub levees: f64,
+    /// Rain that runs off, in metres a year.
+    pub runoff_m: f64,
 }
 
 /// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
@@ -31,6 +33,10 @@ const ICE_RISE_M: f64 = 300.0;
 
 /// Height of a terrace in depths of its river. Chosen by eye.
 const TERRACE_DEPTHS: f64 = 2.0;
+
+/// Largest discharge of a spring as a share of that at its channel's mouth. With more, the channel's water would be a
+/// stub beside the larger river. Chosen by eye; the stub would have the last quarter of the channel.
+const MOST_SPRING: f64 = 0.8;
 
 impl Laws {
     /// Returns the least and the greatest value of each law over all places of a land with these settings, whose
@@ -45,6 +51,7 @@ impl Laws {
             ice_m: settings.ice_m.map_or(f64::INFINITY, |ice_m| ice_m + datum_m),
             terrace_depths: if settings.terraces > 0 { TERRACE_DEPTHS } else { 0.0 },
             levees: settings.levees,
+            runoff_m: settings.runoff_m,
         };
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
         [bound(low.min(high), settings.uplift.least), bound(low.max(high), 1.0)]
@@ -84,6 +91,25 @@ impl Laws {
         // Like the river's width, the floor's grows with the root of the area, but less and less for large rivers.
         let share = self.valley * area.sqrt() / WIDEST_TROUGH;
         fields.widest_water_trough() * share / (1.0 + share * share).sqrt()
+    }
+
+    /// Returns the discharge in cubic metres a second that runs off an area, in cells of the trunk lattice.
+    pub fn discharge_m3s(&self, fields: &Fields, area: f64) -> f64 {
+        let side_m = fields.side(0) as f64 * fields.metres_a_grain();
+        area * side_m * side_m * self.runoff_m / SECONDS_A_YEAR
+    }
+
+    /// Tells whether a tributary of a level holds water, if these are the laws at its head. One that would hold water
+    /// on its very last stretch alone holds none.
+    pub fn is_wet(&self, fields: &Fields, level: u32) -> bool {
+        MOST_SPRING * self.discharge_m3s(fields, most_area(level)) >= fields.spring_m3s()
+    }
+
+    /// Returns the discharge in cubic metres a second at the mouth of a tributary of a level, if these are the laws at
+    /// its head: less than that of a spring if the tributary holds no water.
+    pub fn mouth_m3s(&self, fields: &Fields, level: u32) -> f64 {
+        let mouth_m3s = self.discharge_m3s(fields, most_area(level));
+        if self.is_wet(fields, level) { mouth_m3s } else { mouth_m3s.min(fields.spring_m3s().next_down()) }
     }
 }
 

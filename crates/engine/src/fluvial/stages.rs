@@ -193,7 +193,8 @@ impl Fluvial {
         let skerries = self.skerries(nodes.area, nodes.step);
         let rivers = ShownRivers {
             spacing_m: self.node_m() as f32,
-            least_m3s: self.fields.spring_m3s().max(self.fields.discharge_m3s(self.detail.least_area)),
+            least_m3s: self.fields.spring_m3s(),
+            least_area: self.detail.least_area,
             cuts_narrow: self.stride == 1,
         };
         FillWater::new((&self.fields, &self.lift), rivers, segments, nodes, valleys, coast_m, skerries)

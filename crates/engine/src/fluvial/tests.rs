@@ -138,6 +138,7 @@ fn no_other_segments_matter_in(names: &[&str]) {
             if !known.contains(&key(&wide, segment)) {
                 segment.level_m = [f64::NAN; 2];
                 segment.area = [f64::NAN; 2];
+                segment.discharge_m3s = [f64::NAN; 2];
                 beyond += 1;
             }
         }
@@ -430,7 +431,7 @@ fn dry_brooks_leave_no_beds_on_the_floors_of_larger_valleys() {
     let (mut on_floors, mut beds) = (0, 0);
     for channel in tributaries(&fluvial, 3072) {
         let mouth = channel.knots[channel.knots.len() - 1];
-        if fields.is_wet(fields::most_area(channel.id.0)) || mouth.pool_m > f64::NEG_INFINITY {
+        if fields.holds_water(mouth.discharge_m3s) || mouth.pool_m > f64::NEG_INFINITY {
             continue;
         }
         let around = larger(&fluvial, &channel);

@@ -17,7 +17,6 @@ use super::segments_above::{self, Above, AsksAbove, ChannelPart};
 use super::tributary_bed::{GentlestSides, LargerValleys, TributaryBed, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk_curve::DROWNED_SLOPE;
-use super::trunk_lattice::NodeId;
 use crate::geometry::LineSegment;
 use crate::grain_point::{Point, chance, overlap, padded};
 use crate::hash::{self, Draw};
@@ -84,9 +83,10 @@ impl Tributaries {
 
     /// Returns the tributary whose head is in a cell, if there is one.
     pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
+        let head = self.courses.head(id)?;
         // Nobody sees whether a dry bed lies exactly on the ground, so it is not cut into the valleys of others of its
         // level.
-        if !self.fields.is_wet(most_area(id.0)) {
+        if !self.fields.is_wet_at(id.0, head) {
             return self.make_free(id, above);
         }
         let mut channel = self.free(id, above)?.as_ref().clone();
@@ -145,20 +145,22 @@ impl Tributaries {
         let way = head.from(shore);
         let from = shore.from(origin);
         let near = surroundings.valleys(fields.side(level) as f64);
-        let places = self.wander(level, (id.1, id.2), [from, way], &surroundings.lines(near));
-        let knot = Knot { at: shore, level_m, area: most_area(level), pool_m };
-        let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
         let laws = fields.laws(head);
+        let is_wet = laws.is_wet(fields, level);
+        let places = self.wander((id, is_wet), [from, way], &surroundings.lines(near));
+        let discharge_m3s = laws.mouth_m3s(fields, level);
+        let knot = Knot { at: shore, level_m, area: most_area(level), discharge_m3s, pool_m };
+        let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
         let mut knots = TributaryBed::new(fields, (level, &laws), (knot, origin), &places, near, filled_m).knots();
         knots.reverse();
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
-            knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), pool_m });
+            knots.push(Knot { at: foot, level_m: level_m - drowned_m, ..knot });
         }
         let mut channel = Channel::new(id, knots, mouth, laws);
         channel.lake = lake.map(|(_, id)| id);
         channel.joined_slope = joined_slope;
-        if fields.is_wet(most_area(level)) {
+        if is_wet {
             leave_to_captors(
                 fields,
                 &mut channel,
@@ -171,9 +173,10 @@ impl Tributaries {
 
     /// Tells whether the tributary of a cell has a lake, provided that the tributary and room for the lake exist. Dry
     /// beds have none.
-    pub fn may_have_lake(&self, (level, x, y): ChannelId) -> bool {
+    pub fn may_have_lake(&self, id @ (level, x, y): ChannelId) -> bool {
         let seed = hash::network_level(self.seed, level);
-        self.fields.is_wet(most_area(level)) && chance(seed, (x, y), Draw::Lake, 0) < self.fields.settings().lakes
+        chance(seed, (x, y), Draw::Lake, 0) < self.fields.settings().lakes
+            && self.courses.head(id).is_some_and(|head| self.fields.is_wet_at(level, head))
     }
 
     /// Digs the lake of a tributary that has one, given others of its level near it.
@@ -205,10 +208,15 @@ impl Tributaries {
 
     /// Returns the places of a tributary's winding line, from its shore up. `from` is the shore relative to the origin,
     /// `way` leads from there to the head, and `around` has the lines that the tributary must not cross.
-    fn wander(&self, level: u32, id: NodeId, [from, way]: [DVec2; 2], around: &[LineSegment]) -> Vec<DVec2> {
+    fn wander(
+        &self,
+        ((level, x, y), is_wet): (ChannelId, bool),
+        [from, way]: [DVec2; 2],
+        around: &[LineSegment],
+    ) -> Vec<DVec2> {
         let segments = self.fields.segments_a_channel(level);
         let straight: Vec<DVec2> = (0..=segments).map(|step| from + way * (step as f64 / segments as f64)).collect();
-        let shares = course_offsets::offsets(hash::network_level(self.seed, level), id, segments);
+        let shares = course_offsets::offsets(hash::network_level(self.seed, level), (x, y), segments);
         let offsets: Vec<f64> = shares.iter().map(|share| share * way.length()).collect();
         let most = offsets.iter().map(|offset| offset.abs()).fold(0.0, f64::max);
         let rooms = course_offsets::rooms(&straight, around, most);
@@ -218,7 +226,7 @@ impl Tributaries {
         // corners would be. Of the others, those with water are rounded twice, because corners of water show.
         let times = match level + 1 == self.fields.levels() {
             true => 0,
-            false => 1 + usize::from(self.fields.is_wet(most_area(level))),
+            false => 1 + usize::from(is_wet),
         };
         let wandered = (0..times).fold(wandered, |places, _| course_offsets::rounded(&places));
         // If the room was misjudged between two knots, the straight course is used instead.

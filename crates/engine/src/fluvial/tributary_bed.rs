@@ -137,7 +137,7 @@ impl<'a> TributaryBed<'a> {
         let downwards = places.iter().rev().map(|place| origin.moved(*place));
         let mut coast_m = fields.below_coast_along_m(downwards, coast_filled_m);
         coast_m.reverse();
-        let is_wet = fields.is_wet(most_area(level));
+        let is_wet = laws.is_wet(fields, level);
         let knots = vec![shore];
         TributaryBed {
             fields,
@@ -227,8 +227,10 @@ impl<'a> TributaryBed<'a> {
         // Across a lake or the floor of a larger valley the bed rises no more than these do, but always a little.
         let least_slope = LEAST_SLOPE.min(self.rises_m[step - 1] / step_m);
         let least_m = |share: f64| step_m * share * least_slope;
-        let knot =
-            |place: DVec2, level_m: f64, area: f64| Knot { at: self.origin.moved(place), level_m, area, ..shore };
+        let knot = |place: DVec2, level_m: f64, area: f64| {
+            let discharge_m3s = shore.discharge_m3s * (area / shore.area);
+            Knot { at: self.origin.moved(place), level_m, area, discharge_m3s, ..shore }
+        };
         // The share of the step and the height of the last knot, at first that of the knot below.
         let mut from = (0.0, below.level_m);
         let mut knots = Vec::new();

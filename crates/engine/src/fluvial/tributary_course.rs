@@ -364,7 +364,7 @@ impl Courses {
 
     /// Returns the point at which the tributary of a cell begins if there is land, or `None` if chance leaves the cell
     /// out.
-    fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
+    pub fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
         let (side, seed) = (self.fields.side(level), hash::network_level(self.seed, level));
         if chance(seed, (x, y), Draw::Choice, 0) < LEFT_OUT {
             return None;
@@ -435,7 +435,7 @@ impl Courses {
         }
         let (t, square) = segment.nearest(from);
         let flat = FLAT.0 + FLAT.1 * chance(hash::network_level(self.seed, level), id, Draw::Flat, 0);
-        if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
+        if !laws.is_wet(fields, level) && steepness(segment, t, square) < flat {
             return None;
         }
         // The tributary runs down the fall line to the channel whose valley holds the head, which need not be the
@@ -516,7 +516,7 @@ impl Joining<'_> {
         if place.0 == 0 && place.1 * channel.knots[0].at.distance(channel.knots[1].at) < clear {
             place = channel.downstream(place, clear)?;
         }
-        if self.fields.is_wet(most_area(self.level)) {
+        if self.laws.is_wet(self.fields, self.level) {
             place = channel.landing(place)?;
         }
         channel.downstream(place, clear.max(left))?;

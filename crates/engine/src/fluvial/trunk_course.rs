@@ -126,9 +126,10 @@ impl TrunkCourses {
         if here.sea {
             return None;
         }
-        let Drained { to, sea_at, area, level_m, .. } = nodes.drained(id);
+        let Drained { to, sea_at, area, discharge_m3s, level_m, .. } = nodes.drained(id);
         let (to, fields) = (to?, &self.fields);
-        let knot = |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), pool_m: NO_LAKE };
+        let knot =
+            |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), discharge_m3s, pool_m: NO_LAKE };
         let (from, there) = (here.at, nodes.node(to));
         let end = match sea_at {
             Some(share) => knot(from.towards(there.at, share), fields.lowstand_level_m()),
@@ -191,12 +192,13 @@ impl TrunkCourses {
         let (here, sink) = (nodes.drained(id), nodes.drained(to));
         if sink.to.is_none() && sink.lake {
             // All trunks that end at the sink reach the same depth.
-            let area = sink.area as f64;
             let at = nodes.node(to).at;
             let laws = fields.laws(at);
-            let trough = laws.trough(fields, 0, area, sink.level_m);
+            let trough = laws.trough(fields, 0, sink.area as f64, sink.level_m);
             let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
-            if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
+            if hollow.half_width() >= 2.0 * fields.least_lake(sink.discharge_m3s)
+                && hollow.is_inland(fields, at, sink.level_m)
+            {
                 hollow.dig_sink(trunk, hollow.depth_m(fields, laws.hill_slope, trough));
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
@@ -258,7 +260,7 @@ impl TrunkCourses {
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
         course_offsets::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
-        let width = meander_width(&self.fields, trunk.knots[last].area);
+        let width = meander_width(&self.fields, trunk.knots[last].discharge_m3s);
         let course = course_offsets::moved(&course, &offsets);
         let ends = trunk.next.map(|(to, _)| directions(&nodes, id, to));
         let ends = [0, 1].map(|end| ends.map(|ends| ends[end]));
@@ -290,7 +292,7 @@ impl TrunkCourses {
                 let of = |wave: usize| chance(hash::network_knot(self.seed, wave), id, draw, 0);
                 of(wave) + (of(wave + 1) - of(wave)) * within
             };
-            let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.area);
+            let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.discharge_m3s);
             let wave = wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave));
             // Where the valley's floor is wide enough for the whole meander belt, the river turns further.
             let floor = LEVEL * laws.trough(&self.fields, trunk.id.0, knot.area, knot.level_m);
