@@ -140,8 +140,7 @@ impl Branches {
         wanted: impl Fn(&Channel) -> bool,
         channels: impl Fn([Point; 2], &mut dyn FnMut(&Arc<Channel>)),
     ) -> Vec<Arc<Channel>> {
-        let settings = self.fields.settings();
-        if settings.old_arms + settings.braids <= 0.0 {
+        if trunk.laws.old_arms + trunk.laws.braids <= 0.0 {
             return Vec::new();
         }
         let id = (trunk.id.1, trunk.id.2);
@@ -197,7 +196,7 @@ impl<'a> Trunk<'a> {
 
     /// Returns all branches for which the trunk has room.
     fn branches(&self, seed: u64) -> Vec<Branch> {
-        let settings = self.fields.settings();
+        let laws = &self.channel.laws;
         let id = (self.channel.id.1, self.channel.id.2);
         let whole = self.come[self.come.len() - 1];
         let widest = meander_width(self.fields, self.channel.knots[self.channel.knots.len() - 1].discharge_m3s);
@@ -208,14 +207,14 @@ impl<'a> Trunk<'a> {
             let luck = |part| chance(hash::network_knot(seed, number), id, Draw::Branch, part);
             let from = number as f64 * slot;
             let kind = luck(0);
-            if kind < settings.old_arms {
+            if kind < laws.old_arms {
                 // At the sharpest bend of the slot that has room: rivers cut off their sharpest bends.
                 let looks = (0..LOOKS).map(|look| from + slot * (f64::from(look) + luck(1)) / f64::from(LOOKS));
                 let mut bends: Vec<(f64, f64)> = looks.map(|at| (self.bend(at, widest), at)).collect();
                 bends.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
                 let shape = [luck(2), luck(3)];
                 branches.extend(bends.iter().find_map(|(bend, at)| self.old_arm(*at, outside(*bend), shape)));
-            } else if kind >= 1.0 - settings.braids {
+            } else if kind >= 1.0 - laws.braids {
                 let at = from + slot * (0.35 + 0.3 * luck(1));
                 let side = outside(self.bend(at, widest));
                 let (by, length_widths) = (BRAID_ASIDE.0 + BRAID_ASIDE.1 * luck(3), luck(2));

@@ -336,6 +336,11 @@ impl Fields {
         self.settings.terraces
     }
 
+    /// Tells whether rills have a depth of their own, and lie in patches; otherwise they are gullies like the others.
+    pub fn has_rills(&self) -> bool {
+        self.settings.rills.is_some()
+    }
+
     /// Returns the share of the level part of a floor that is flood plain at a point, where terraces rise from it.
     pub fn flood_plain(&self, at: Point) -> f64 {
         (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0)

@@ -24,8 +24,26 @@ pub struct Laws {
     pub terrace_depths: f64,
     /// Height of levees, as a share of what the hillside rises over an eighth of the river's width.
     pub levees: f64,
+    /// Share of the stretches of wide floors on which a glacier has left moraines.
+    pub moraines: f64,
+    /// Height in metres down to which glaciers come in the heads of valleys, about; infinite where there are none.
+    pub glacier_m: f64,
+    /// Metres of height by which crests are rounded off.
+    pub crest_m: f64,
+    /// Depth of gullies, as a share of what slope and spacing allow.
+    pub gullies: f64,
+    /// Depth of rills, on the same scale.
+    pub rills: f64,
+    /// Roughness of hillsides, 0 to 1.
+    pub roughness: f64,
     /// Rain that runs off, in metres a year.
     pub runoff_m: f64,
+    /// Share of the channels with water that have a lake on their way where there is room for one.
+    pub lakes: f64,
+    /// Share of the bends of trunks that have an old arm beside them where there is room for one.
+    pub old_arms: f64,
+    /// Share of the reaches of trunks that are braided where there is room for it.
+    pub braids: f64,
 }
 
 /// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
@@ -51,7 +69,16 @@ impl Laws {
             ice_m: settings.ice_m.map_or(f64::INFINITY, |ice_m| ice_m + datum_m),
             terrace_depths: if settings.terraces > 0 { TERRACE_DEPTHS } else { 0.0 },
             levees: settings.levees,
+            moraines: settings.moraines,
+            glacier_m: settings.glacier_m.map_or(f64::INFINITY, |glacier_m| glacier_m + datum_m),
+            crest_m: settings.crest_m,
+            gullies: settings.gullies,
+            rills: settings.rills.unwrap_or(settings.gullies),
+            roughness: settings.roughness,
             runoff_m: settings.runoff_m,
+            lakes: settings.lakes,
+            old_arms: settings.old_arms,
+            braids: settings.braids,
         };
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
         [bound(low.min(high), settings.uplift.least), bound(low.max(high), 1.0)]

@@ -74,7 +74,7 @@ impl Fluvial {
         let mut valleys =
             clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &hillsides, segments, read_m, clock))??;
         if let Some(gullies) = gullies {
-            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys, clock))??;
+            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides, &mut valleys, clock))??;
         }
         Ok(Carved { nodes, hillsides, valleys })
     }

@@ -15,7 +15,7 @@ use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::preset::Preset;
 use channel::{Channel, Knot};
-use hillsides::Hillsides;
+use hillsides::{Hillsides, NodeValues};
 use network::ShownChannels;
 use plane::lines;
 use segment::{Segment, Segments};
@@ -57,8 +57,20 @@ fn seeded(name: &str, seed: u64) -> Fluvial {
     Fluvial::of_preset(name, seed, |_| {})
 }
 
+/// Returns the hillsides of an area, with a value for each node even of what is the same everywhere.
 fn hillsides_of(fluvial: &Fluvial, area: Area) -> Hillsides {
-    Hillsides::new(&fluvial.fields, area, fluvial.detail, fluvial.reach(fluvial.detail))
+    let mut hillsides = Hillsides::new(&fluvial.fields, area, fluvial.detail, fluvial.reach(fluvial.detail));
+    for values in node_values(&mut hillsides) {
+        if let NodeValues::Same(value) = *values {
+            *values = NodeValues::Each(vec![value; area.len()]);
+        }
+    }
+    hillsides
+}
+
+fn node_values(hillsides: &mut Hillsides) -> [&mut NodeValues; 4] {
+    let Hillsides { crest_m, gullies, rills, roughness, .. } = hillsides;
+    [crest_m, gullies, rills, roughness]
 }
 
 /// All data before gullies and water, for an area much larger than `AREA`.
@@ -103,6 +115,10 @@ fn poisoned(known: Known, warp: Area, rest: Area) -> Known {
         poison(metres, wide, warp, f32::NAN);
     }
     poison(&mut hillsides.slope, wide, rest, f32::NAN);
+    for values in node_values(&mut hillsides) {
+        let NodeValues::Each(values) = values else { panic!("each node has its own") };
+        poison(values, wide, rest, f32::NAN);
+    }
     let Valleys { height_m, level_m, crest_m, steepness, distance_m, away: [east, south], segment, share } =
         &mut valleys;
     for values in [height_m, level_m, crest_m, steepness, distance_m, east, south, share] {
@@ -199,7 +215,7 @@ fn gullies_read_their_input_alone_in(names: &[&str]) {
         let fluvial = relief(name);
         let gullies = &fluvial.gullies[0];
         let carved = |mut known: Known| {
-            gullies.carve(&known.nodes, &known.hillsides.slope, &mut known.valleys, &Clock::default()).unwrap();
+            gullies.carve(&known.nodes, &known.hillsides, &mut known.valleys, &Clock::default()).unwrap();
             let mut heights = Grid::filled(known.nodes.area, 0.0);
             heights.values_mut().copy_from_slice(&known.valleys.height_m);
             heights.part(AREA)
@@ -221,7 +237,7 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let segments = fluvial.segments(area, fluvial.detail, &Clock::default()).unwrap();
     let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M, &Clock::default()).unwrap();
     let bare_m = valleys.height_m.clone();
-    gullies.carve(&nodes, &hillsides.slope, &mut valleys, &Clock::default()).unwrap();
+    gullies.carve(&nodes, &hillsides, &mut valleys, &Clock::default()).unwrap();
     let step_m = |(x, y): (i64, i64)| {
         let [here, next] = [area.index(x, y), area.index(x + 1, y)];
         // Below a crest gullies deepen fast, which is no break.
@@ -486,7 +502,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
     let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
     for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
         // Skip rounded crests.
-        if known.valleys.crest_m[index] < fluvial.fields.settings().crest_m as f32 {
+        if known.valleys.crest_m[index] < fluvial.fields.most_laws().crest_m as f32 {
             continue;
         }
         let segment = &known.segments.all[known.valleys.segment[index] as usize];

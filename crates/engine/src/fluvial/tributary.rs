@@ -175,8 +175,9 @@ impl Tributaries {
     /// beds have none.
     pub fn may_have_lake(&self, id @ (level, x, y): ChannelId) -> bool {
         let seed = hash::network_level(self.seed, level);
-        chance(seed, (x, y), Draw::Lake, 0) < self.fields.settings().lakes
-            && self.courses.head(id).is_some_and(|head| self.fields.is_wet_at(level, head))
+        let luck = chance(seed, (x, y), Draw::Lake, 0);
+        let has_lake = |laws: Laws| luck < laws.lakes && laws.is_wet(&self.fields, level);
+        has_lake(*self.fields.most_laws()) && self.courses.head(id).is_some_and(|head| has_lake(self.fields.laws(head)))
     }
 
     /// Digs the lake of a tributary that has one, given others of its level near it.

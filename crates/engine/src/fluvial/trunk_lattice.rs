@@ -373,8 +373,10 @@ impl Look<'_> {
 
     /// True if a node may have a lake: in a hollow of the land, or by chance.
     fn lake(&self, id: NodeId) -> bool {
-        let hollow = self.lowest_neighbour(id).is_none();
-        !self.node(id).sea && (hollow || chance(self.trunks.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
+        let (node, hollow) = (self.node(id), self.lowest_neighbour(id).is_none());
+        let luck = chance(self.trunks.seed, id, Draw::Choice, 0);
+        let has_lake = || luck < self.fields.most_laws().lakes && luck < self.fields.laws(node.at).lakes;
+        !node.sea && (hollow || has_lake())
     }
 
     /// Makes the basin of a sink: all its nodes with their areas and levels.
