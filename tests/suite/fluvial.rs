@@ -20,7 +20,7 @@ fn the_floor_of_a_wide_valley_ends_where_the_hills_are_as_high() {
     let world = shared("alps", 4);
     let area = Area::new(0, 1700, 300, 400);
     let heights = land(world, area).heights;
-    let steepest = fluvial(world).fields().hill_slope(1.0) * world.preset().spacing_m;
+    let steepest = fluvial(world).fields().most_laws().hill_slope * world.preset().spacing_m;
     for y in area.y0..area.y1 - 1 {
         for x in area.x0..area.x1 - 1 {
             let step =

@@ -171,7 +171,7 @@ fn things(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Called>
         let cells = cells(world, fluvial.fields().side(level) / GRAINS, near_km, THINGS_KM);
         things.par_extend(cells.into_par_iter().flat_map_iter(|([x, y], off_km)| {
             let id = (level, x, y);
-            let river = fluvial.has_rivers(level).then(|| fluvial.river_name(id)).flatten();
+            let river = fluvial.may_have_rivers(level).then(|| fluvial.river_name(id)).flatten();
             let river = river.map(|name| Called { thing: MayBe::River(id), name, off_km });
             let lake = fluvial.may_be_lake(LakeId(id)).then(|| lake_name(world, LakeId(id))).flatten();
             river.into_iter().chain(lake.map(|name| Called { thing: MayBe::Lake(LakeId(id)), name, off_km }))

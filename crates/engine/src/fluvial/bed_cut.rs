@@ -44,7 +44,7 @@ pub fn nearly_below<'a>(segments: &[&'a Segment], circle: &Circle, slope: f64, m
 /// Lowers a bed, from its mouth up, to below the sides of other valleys, given their segments relative to an origin.
 /// Where the bed is straight for long, it gets a new knot at each place that is lowered.
 pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segments: &[&Segment], origin: Point) {
-    let least_slope = INCISION * hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
+    let least_slope = INCISION * hill_slope.min(fields.least_laws().hill_slope) * fields.metres_a_grain();
     let below = |knots: &[Knot], segments| {
         let (circle, highest_m) = bed_in(knots, origin);
         nearly_below(segments, &circle, least_slope, highest_m)
@@ -56,10 +56,10 @@ pub fn cut_into(fields: &Fields, knots: &mut Vec<Knot>, hill_slope: f64, segment
     for end in (1..knots.len()).rev().step_by(CUT_RUN) {
         let run = &knots[end.saturating_sub(CUT_RUN)..=end];
         let near = below(run, &near);
-        for pair in run.windows(2).rev() {
+        let laws = fields.all_laws(&run.iter().map(|knot| knot.at).collect::<Vec<_>>());
+        for (pair, laws) in run.windows(2).zip(&laws).rev() {
             let (mut here, mut below) = (pair[0], cut[cut.len() - 1]);
-            let gentlest = fields.hill_slope(fields.uplift(here.at)).min(hill_slope);
-            let slope = INCISION * gentlest * fields.metres_a_grain();
+            let slope = INCISION * laws.hill_slope.min(hill_slope) * fields.metres_a_grain();
             // The segments whose sides may be below the bed somewhere on the way between the two knots.
             let half = here.at.distance(pair[1].at) / 2.0;
             let circle = Circle { middle: here.towards(&pair[1], 0.5).at.from(origin), radius: half };
@@ -101,6 +101,7 @@ mod tests {
     use super::*;
     use crate::fluvial::channel::{Channel, Mouth};
     use crate::fluvial::cross_section::measured;
+    use crate::fluvial::laws::Laws;
     use crate::fluvial::segment::segments_of;
 
     #[test]
@@ -110,19 +111,21 @@ mod tests {
             at: Point::at_vertex(x, y),
             level_m,
             area: 0.001,
+            discharge_m3s: 0.01,
             pool_m: f64::NEG_INFINITY,
         };
         // The knots are a hundred vertices apart, and half way the deep head of another channel lies ten vertices
         // beside the bed.
         let mut bed = vec![knot(0, 0, 1200.0), knot(100, 0, 1000.0)];
         let (head, foot) = (knot(50, 10, 1010.0), knot(50, 60, 900.0));
-        let other = Channel::new((3, 0, 0), vec![head, foot], Mouth::Sea, 0.6);
+        let laws = Laws { hill_slope: 0.6, ..*fields.most_laws() };
+        let other = Channel::new((3, 0, 0), vec![head, foot], Mouth::Sea, laws);
         let origin = Point::at_vertex(0, 0);
         let other = measured(&fields, other);
         let segments: Vec<Segment> = segments_of(&fields, &other, 0, origin, |_| true).collect();
         cut_into(&fields, &mut bed, 0.6, &segments.iter().collect::<Vec<_>>(), origin);
         assert!(bed.len() > 2 && bed.windows(2).all(|pair| pair[0].level_m > pair[1].level_m), "{bed:?}");
-        let slope = fields.hill_slope(fields.uplift(head.at)).min(0.6) * fields.metres_a_grain();
+        let slope = fields.laws(head.at).hill_slope.min(0.6) * fields.metres_a_grain();
         for knot in &bed[1..bed.len() - 1] {
             let side_m = segments[0].side_m(knot.at.from(origin), slope);
             assert!(knot.level_m < side_m, "{knot:?}, but the side is at {side_m}");

@@ -140,8 +140,7 @@ impl Branches {
         wanted: impl Fn(&Channel) -> bool,
         channels: impl Fn([Point; 2], &mut dyn FnMut(&Arc<Channel>)),
     ) -> Vec<Arc<Channel>> {
-        let settings = self.fields.settings();
-        if settings.old_arms + settings.braids <= 0.0 {
+        if trunk.laws.old_arms + trunk.laws.braids <= 0.0 {
             return Vec::new();
         }
         let id = (trunk.id.1, trunk.id.2);
@@ -197,10 +196,10 @@ impl<'a> Trunk<'a> {
 
     /// Returns all branches for which the trunk has room.
     fn branches(&self, seed: u64) -> Vec<Branch> {
-        let settings = self.fields.settings();
+        let laws = &self.channel.laws;
         let id = (self.channel.id.1, self.channel.id.2);
         let whole = self.come[self.come.len() - 1];
-        let widest = meander_width(self.fields, self.channel.knots[self.channel.knots.len() - 1].area);
+        let widest = meander_width(self.fields, self.channel.knots[self.channel.knots.len() - 1].discharge_m3s);
         let slot = SLOT_WIDTHS * widest;
         let slots = ((whole / slot) as usize).min(MOST_SLOTS);
         let mut branches = Vec::new();
@@ -208,14 +207,14 @@ impl<'a> Trunk<'a> {
             let luck = |part| chance(hash::network_knot(seed, number), id, Draw::Branch, part);
             let from = number as f64 * slot;
             let kind = luck(0);
-            if kind < settings.old_arms {
+            if kind < laws.old_arms {
                 // At the sharpest bend of the slot that has room: rivers cut off their sharpest bends.
                 let looks = (0..LOOKS).map(|look| from + slot * (f64::from(look) + luck(1)) / f64::from(LOOKS));
                 let mut bends: Vec<(f64, f64)> = looks.map(|at| (self.bend(at, widest), at)).collect();
                 bends.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
                 let shape = [luck(2), luck(3)];
                 branches.extend(bends.iter().find_map(|(bend, at)| self.old_arm(*at, outside(*bend), shape)));
-            } else if kind >= 1.0 - settings.braids {
+            } else if kind >= 1.0 - laws.braids {
                 let at = from + slot * (0.35 + 0.3 * luck(1));
                 let side = outside(self.bend(at, widest));
                 let (by, length_widths) = (BRAID_ASIDE.0 + BRAID_ASIDE.1 * luck(3), luck(2));
@@ -274,8 +273,8 @@ impl<'a> Trunk<'a> {
         let (fields, metres) = (self.fields, self.fields.metres_a_grain());
         let least = LEAST_VERTICES * GRAINS as f64;
         let is_wide = |section: &CrossSection| {
-            let riser = f64::from(section.riser) * f64::from(fields.settings().terraces);
-            let bank_m = f64::from(section.lean) * away * self.channel.hill_slope * metres;
+            let riser = f64::from(section.riser) * f64::from(fields.terraces());
+            let bank_m = f64::from(section.lean) * away * self.channel.laws.hill_slope * metres;
             away - floor <= f64::from(section.flood_plain)
                 && away + floor + riser <= LEVEL * f64::from(section.trough)
                 && 2.0 * f64::from(section.river) >= least
@@ -288,7 +287,7 @@ impl<'a> Trunk<'a> {
 
     /// Returns an oxbow beside a bend, on that side; `None` where there is no room.
     fn old_arm(&self, along: f64, side: Side, [size, shape]: [f64; 2]) -> Option<Branch> {
-        let width = meander_width(self.fields, self.knot(along).area);
+        let width = meander_width(self.fields, self.knot(along).discharge_m3s);
         let radius = width * (LOOP_RADIUS.0 + LOOP_RADIUS.1 * size);
         let middle = width * (LOOP_MIDDLE.0 + LOOP_MIDDLE.1 * shape);
         let whole = self.come[self.come.len() - 1];
@@ -334,14 +333,14 @@ impl<'a> Trunk<'a> {
         let knots = places.iter().zip(&lengths).map(|(place, come)| {
             let up = long - come;
             let share = LOOP_WIDTH.0 * (1.0 - LOOP_WIDTH.1 * (up / long) * (up / long));
-            Knot { level_m: river.level_m + rise * up, area: river.area * share * share, ..self.knot_at(*place) }
+            self.knot_at(*place, river.level_m + rise * up, &river, share)
         });
         self.branch(knots.collect(), part, away, width)
     }
 
     /// Returns a side arm around a place, on that side, `by` widths from the river; `None` where there is no room.
     fn side_arm(&self, along: f64, side: Side, long: f64, by: f64) -> Option<Branch> {
-        let width = meander_width(self.fields, self.knot(along).area);
+        let width = meander_width(self.fields, self.knot(along).discharge_m3s);
         let long = width * (BRAID_LENGTH.0 + BRAID_LENGTH.1 * long);
         let part = [along - long / 2.0, along + long / 2.0];
         let whole = self.come[self.come.len() - 1];
@@ -372,13 +371,15 @@ impl<'a> Trunk<'a> {
         let whole = lengths[lengths.len() - 1];
         let knots = places.iter().zip(&lengths).map(|(place, come)| {
             let level_m = upper.level_m + (lower.level_m - upper.level_m) * (come / whole);
-            Knot { level_m, area: upper.area * BRAID_WIDTH * BRAID_WIDTH, ..self.knot_at(*place) }
+            self.knot_at(*place, level_m, &upper, BRAID_WIDTH)
         });
         self.branch(knots.collect(), part, (by + 1.0) * width, width)
     }
 
-    fn knot_at(&self, place: DVec2) -> Knot {
-        Knot { at: self.channel.knots[0].at.moved(place), level_m: 0.0, area: 0.0, pool_m: NO_LAKE }
+    /// Returns a knot of a branch that has this share of the width of the river at a knot.
+    fn knot_at(&self, place: DVec2, level_m: f64, river: &Knot, share: f64) -> Knot {
+        let [area, discharge_m3s] = [river.area, river.discharge_m3s].map(|whole| whole * share * share);
+        Knot { at: self.channel.knots[0].at.moved(place), level_m, area, discharge_m3s, pool_m: NO_LAKE }
     }
 
     /// Makes a branch of knots beside a part of the trunk. No knot is further than `away` from the trunk.
@@ -388,10 +389,10 @@ impl<'a> Trunk<'a> {
         if !self.has_room(part, away, floor) || knots.windows(2).any(|pair| pair[0].at == pair[1].at) {
             return None;
         }
-        let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.hill_slope);
+        let mut channel = Channel::new(self.channel.id, knots, self.channel.mouth, self.channel.laws);
         // Beyond this distance, the sides of the branch's narrow floor have risen above the floor of the river and
         // above the sides that rise from it.
-        let risers = f64::from(middle.riser) * f64::from(self.fields.settings().terraces);
+        let risers = f64::from(middle.riser) * f64::from(self.fields.terraces());
         channel.near = 2.0 * (away + floor + risers);
         let channel = measured(self.fields, channel);
         let narrow = |section: &CrossSection| CrossSection {
@@ -446,7 +447,10 @@ mod tests {
                     count += 1;
                     let (first, last) = (&branch.knots[0], &branch.knots[branch.knots.len() - 1]);
                     assert!(branch.knots.windows(2).all(|pair| pair[0].level_m > pair[1].level_m));
-                    assert!(branch.knots.windows(2).all(|pair| pair[0].area <= pair[1].area), "its bed would be a pit");
+                    assert!(
+                        branch.knots.windows(2).all(|pair| pair[0].discharge_m3s <= pair[1].discharge_m3s),
+                        "its bed would be a pit"
+                    );
                     let off = |knot: &Knot| shape.nearest(knot.at.from(trunk.knots[0].at), whole);
                     let (mouth, along) = off(last);
                     assert!(mouth < 2.0 && (shape.knot(along).level_m - last.level_m).abs() < 0.01, "{mouth} grains");

@@ -5,6 +5,7 @@
 //! above their beds. Land under water stays as it is, so that shores keep their place.
 
 use super::fields::{Fields, most_area};
+use super::laws::Laws;
 use super::valley::InRows;
 use crate::simd::Simd;
 
@@ -42,13 +43,13 @@ pub struct RestLaw {
 }
 
 impl RestLaw {
-    /// Makes the law for land between channels of `levels` levels, by uplift.
-    pub fn new(fields: &Fields, uplift: f64, levels: u32) -> RestLaw {
-        let hill_slope = fields.hill_slope(uplift);
+    /// Makes the law for land between channels of `levels` levels, by the laws of the place.
+    pub fn new(fields: &Fields, laws: &Laws, levels: u32) -> RestLaw {
+        let hill_slope = laws.hill_slope;
         let cell_m = |level: u32| fields.side(level) as f64 * fields.metres_a_grain();
         let nearest_m = |level: u32| NEAREST * cell_m(level);
         // The slope of a channel at the place through which half of its area drains.
-        let slope = |level: u32| fields.river_slope(uplift, most_area(level) / 2.0).min(hill_slope);
+        let slope = |level: u32| laws.river_slope(most_area(level) / 2.0).min(hill_slope);
         let finest = fields.levels() - 1;
         let mut height_m = hill_slope * nearest_m(finest);
         for level in (levels..finest).rev() {

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::laws::Laws;
 use super::trunk_lattice::NodeId;
 use crate::geometry::come;
 use crate::grain_point::{self, GRAINS, Point};
@@ -29,6 +30,8 @@ pub struct Knot {
     pub level_m: f64,
     /// Area that drains through the knot, in cells of the trunk lattice.
     pub area: f64,
+    /// Discharge through the knot in cubic metres a second.
+    pub discharge_m3s: f64,
     /// Height in metres of the lake that covers lower ground from here to the next knot; negative infinity where there
     /// is no lake.
     pub pool_m: f64,
@@ -43,6 +46,7 @@ impl Knot {
             at: self.at.towards(next.at, share),
             level_m: mix(self.level_m, next.level_m),
             area: mix(self.area, next.area),
+            discharge_m3s: mix(self.discharge_m3s, next.discharge_m3s),
             pool_m: self.pool_m,
         }
     }
@@ -88,8 +92,8 @@ pub struct Channel {
     pub knots: Vec<Knot>,
     /// The channel or the water that this channel runs into.
     pub mouth: Mouth,
-    /// Slope of the hillsides around the channel.
-    pub hill_slope: f64,
+    /// The laws at the channel's head.
+    pub laws: Laws,
     /// Least slope, in metres a grain, at which the floor must rise near the mouth towards the channel that this one
     /// joins, so that the joined channel does not lie above the floor.
     pub joined_slope: f64,
@@ -112,13 +116,13 @@ heap_bytes!(Channel: knots, sections);
 
 impl Channel {
     /// Creates the channel through these knots.
-    pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, hill_slope: f64) -> Channel {
+    pub fn new(id: ChannelId, knots: Vec<Knot>, mouth: Mouth, laws: Laws) -> Channel {
         let bounds = bounds(&knots);
         Channel {
             id,
             knots,
             mouth,
-            hill_slope,
+            laws,
             joined_slope: 0.0,
             next: None,
             lake: None,
@@ -161,6 +165,11 @@ impl Channel {
     /// Returns the corners of the bounding box of the knots.
     pub fn bounds(&self) -> [Point; 2] {
         self.bounds
+    }
+
+    /// Returns the last knot.
+    pub fn mouth_knot(&self) -> &Knot {
+        &self.knots[self.knots.len() - 1]
     }
 
     /// Returns the knot at a place.
@@ -225,6 +234,11 @@ impl Channel {
         None
     }
 
+    /// Returns the places of the knots.
+    pub fn places(&self) -> Vec<Point> {
+        self.knots.iter().map(|knot| knot.at).collect()
+    }
+
     /// Returns the places of the knots, relative to an origin.
     pub fn course(&self, origin: Point) -> Vec<DVec2> {
         self.knots.iter().map(|knot| knot.at.from(origin)).collect()
@@ -244,10 +258,15 @@ fn bounds(knots: &[Knot]) -> [Point; 2] {
 mod tests {
     use super::*;
     use crate::fluvial::lake::NO_LAKE;
+    use crate::fluvial::settings::FluvialSettings;
 
     fn channel(places: &[[i64; 2]]) -> Channel {
-        let knot = |[x, y]: [i64; 2]| Knot { at: Point { x, y }, level_m: -(x as f64), area: 1.0, pool_m: NO_LAKE };
-        Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, 1.0)
+        let [_, laws] = Laws::bounds(&FluvialSettings::default(), 0.0, false);
+        let knot = |[x, y]: [i64; 2]| {
+            let (at, level_m) = (Point { x, y }, -(x as f64));
+            Knot { at, level_m, area: 1.0, discharge_m3s: 1.0, pool_m: NO_LAKE }
+        };
+        Channel::new((0, 0, 0), places.iter().copied().map(knot).collect(), Mouth::Sea, laws)
     }
 
     #[test]

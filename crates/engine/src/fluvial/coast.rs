@@ -122,6 +122,7 @@ pub fn heights(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fluvial::hillsides::NodeValues;
     use crate::fluvial::valley;
 
     const FAR: i64 = 1 << 40;
@@ -155,7 +156,10 @@ mod tests {
         let metres: Vec<f32> = vertices.iter().map(|by| by * fields.spacing_m() as f32).collect();
         let high_m = vec![1e6; vertices.len()];
         let reach = valley::reach(&fields, fields.levels());
-        let hillsides = |len: usize| Hillsides { reach, slope: vec![0.5; len], rest: None };
+        let hillsides = |len: usize| {
+            let [crest_m, gullies, rills, roughness] = [(); 4].map(|()| NodeValues::Same(1.0));
+            Hillsides { reach, slope: vec![0.5; len], crest_m, gullies, rills, roughness, rest: None }
+        };
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);
             let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };

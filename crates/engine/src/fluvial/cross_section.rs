@@ -5,7 +5,8 @@
 use glam::DVec2;
 
 use super::channel::{Channel, CrossSection, Knot};
-use super::fields::{Fields, across};
+use super::fields::{Fields, across, river_depth_m};
+use super::laws::Laws;
 use super::meander::meander_width;
 use super::segment::LEVEL;
 use crate::geometry::smooth;
@@ -43,27 +44,35 @@ const END_WIDTHS: f64 = 4.0;
 /// Returns a channel, whose knots are final, with the cross-sections at them.
 pub fn measured(fields: &Fields, channel: Channel) -> Channel {
     let bends = bends(fields, &channel);
-    let sections = (0..channel.knots.len()).map(|knot| section(fields, &channel, knot, &bends[knot])).collect();
+    // A trunk goes on from node to node: with the laws of its head alone, its floor would have a step at each node.
+    let along = (channel.id.0 == 0).then(|| fields.all_laws(&channel.places()));
+    let laws = |knot: usize| along.as_ref().map_or(&channel.laws, |along| &along[knot]);
+    let section = |knot: usize| section(fields, laws(knot), &channel, knot, &bends[knot]);
+    let sections = (0..channel.knots.len()).map(section).collect();
     channel.with_sections(sections)
 }
 
-/// Returns the cross-section at a knot of a channel, given the bend there.
-fn section(fields: &Fields, channel: &Channel, knot: usize, bend: &Bend) -> CrossSection {
-    let Knot { at, area, level_m, .. } = channel.knots[knot];
+/// Returns the cross-section at a knot of a channel, given the laws and the bend there.
+fn section(fields: &Fields, laws: &Laws, channel: &Channel, knot: usize, bend: &Bend) -> CrossSection {
+    let Knot { at, area, discharge_m3s, level_m, .. } = channel.knots[knot];
     let steep = steepness(fields, channel, knot);
-    let trough = fields.trough(channel.id.0, area, level_m);
+    let trough = laws.trough(fields, channel.id.0, area, level_m);
     let upstream = steepest_upstream(fields, channel, knot, trough);
-    let (share, riser_m) = fields.terrace(at, area);
+    let has_terraces = laws.terrace_depths > 0.0;
+    let flood_plain = if has_terraces { fields.flood_plain(at) } else { 1.0 };
     // A lake has drowned its terraces.
     let is_lake = channel.knots[knot.max(1) - 1..=knot].iter().any(|knot| knot.pool_m > f64::NEG_INFINITY);
-    let riser_m = if is_lake { 0.0 } else { riser_m };
+    let riser_m = match has_terraces && !is_lake {
+        true => laws.terrace_depths * f64::from(river_depth_m(discharge_m3s)),
+        false => 0.0,
+    };
     CrossSection {
         cross: across(steep) as f32,
         lean: (LEAN * steep.abs()).max(ABOVE_OWN * upstream).min(MOST_LEAN) as f32,
         trough: trough as f32,
-        river: (fields.river_width_m(area) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
-        flood_plain: (share * LEVEL * trough) as f32,
-        riser: (riser_m / (channel.hill_slope * fields.metres_a_grain())) as f32,
+        river: (fields.river_width_m(discharge_m3s) / 2.0 / fields.metres_a_grain() * bend.broad) as f32,
+        flood_plain: (flood_plain * LEVEL * trough) as f32,
+        riser: (riser_m / (channel.laws.hill_slope * fields.metres_a_grain())) as f32,
         bend: bend.turn as f32,
     }
 }
@@ -89,11 +98,11 @@ fn bends(fields: &Fields, channel: &Channel) -> Vec<Bend> {
     let is_end = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY || fields.is_drowned(knot.at, knot.level_m);
     let ends: Vec<bool> = knots.iter().map(is_end).collect();
     let bend = |knot: usize| {
-        let Knot { at: here, area, .. } = knots[knot];
+        let Knot { at: here, discharge_m3s, .. } = knots[knot];
         if ends[knot] {
             return none.clone();
         }
-        let width = meander_width(fields, area);
+        let width = meander_width(fields, discharge_m3s);
         let others = |number: usize| (&knots[number], ends[number]);
         let way_up = ahead(here, (0..knot).rev().map(others), width);
         let way_down = ahead(here, (knot + 1..knots.len()).map(others), width);
@@ -131,7 +140,7 @@ fn ahead<'a>(from: Point, knots: impl Iterator<Item = (&'a Knot, bool)>, width: 
 fn steepness(fields: &Fields, channel: &Channel, knot: usize) -> f64 {
     let (above, below) = (&channel.knots[knot.max(1) - 1], &channel.knots[(knot + 1).min(channel.knots.len() - 1)]);
     let way_m = above.at.distance(below.at) * fields.metres_a_grain();
-    (above.level_m - below.level_m) / (way_m * channel.hill_slope).max(1e-9)
+    (above.level_m - below.level_m) / (way_m * channel.laws.hill_slope).max(1e-9)
 }
 
 /// Returns the steepest slope from a knot to those upstream within the width of its floor, as a share of the hillside's
@@ -159,5 +168,5 @@ fn steepest_upstream(fields: &Fields, channel: &Channel, knot: usize, trough: f6
         }
         before = beyond;
     }
-    steepest / (fields.metres_a_grain() * channel.hill_slope)
+    steepest / (fields.metres_a_grain() * channel.laws.hill_slope)
 }

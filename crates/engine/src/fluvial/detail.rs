@@ -89,7 +89,7 @@ impl Detail {
             },
             brook_cells: valley::BROOK_CELLS,
             gullies: has_all,
-            breaches: is_whole && fields.settings().gullies > 0.0,
+            breaches: is_whole && fields.most_laws().gullies > 0.0,
             least_area: if is_whole { 0.0 } else { river_cells * river_cells },
             is_far,
         }

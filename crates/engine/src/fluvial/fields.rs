@@ -8,31 +8,31 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::laws::{LawSource, Laws};
 use super::potential::{Potential, PotentialAtLarge};
 use super::settings::{CoastSettings, FluvialSettings};
 use crate::geography::Geography;
-use crate::geometry::{bilinear, length, smooth};
+use crate::geometry::{bilinear, length};
 use crate::grain_point::{AROUND, GRAINS, Point};
 use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
 use crate::memory::{Memory, Remembers};
 use crate::noise::point_noise::{PointField, PointNoise};
 
-const SECONDS_A_YEAR: f64 = 31_556_952.0;
+pub(super) const SECONDS_A_YEAR: f64 = 31_556_952.0;
 
 /// The slowly varying fields, and the laws that derive slopes and widths from them.
 #[derive(Debug)]
 pub struct Fields {
     settings: FluvialSettings,
     metres_a_grain: f64,
-    /// Discharge in cubic metres a second from which on a channel holds water.
-    spring_m3s: f64,
     /// Grains between channels of the finest level.
     finest: i64,
     potential: Potential,
-    /// The geography of a whole world; none where the settings hold everywhere.
-    geography: Option<Arc<Geography>>,
-    uplift: PointNoise,
+    /// The source of the laws of each place.
+    pub(super) law_source: LawSource,
+    /// The least and the greatest value of each law over all places.
+    bounds: [Laws; 2],
     flood_plain: PointNoise,
     sea: Option<Sea>,
     base_m: f64,
@@ -87,16 +87,9 @@ const CONTINENT_SLOPE: f64 = 0.077;
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
-/// Largest discharge of a spring as a share of that at its channel's mouth. With more, the channel's water would be a
-/// stub beside the larger river. Chosen by eye; the stub would have the last quarter of the channel.
-const MOST_SPRING: f64 = 0.8;
-
 /// Upper limit of half the width of a valley's floor, as a share of a trunk cell's side: two floors side by side leave
 /// room for a ridge.
-const WIDEST_TROUGH: f64 = 0.15;
-
-/// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
-const ICE_RISE_M: f64 = 300.0;
+pub(super) const WIDEST_TROUGH: f64 = 0.15;
 
 /// Half width by which glaciers widen a floor, as a share of the distance between valleys of its level; and the largest
 /// distance that counts, as a multiple of that of the finest level. Cirques are half a kilometre wide, as those of the
@@ -108,9 +101,6 @@ const WIDEST_ICE: i64 = 6;
 /// added; and the wavelength of the noise, as a share of the distance between trunks. Chosen by eye.
 const FLOOD_PLAIN: (f64, f64) = (0.5, 1.2);
 const FLOOD_PLAIN_WAVE: f64 = 0.2;
-
-/// Height of a terrace in depths of its river. Chosen by eye.
-const RISER_DEPTHS: f64 = 2.0;
 
 /// Depth in metres that no river exceeds: about as deep as the lower Amazon.
 pub const DEEPEST_RIVER_M: f32 = 40.0;
@@ -184,14 +174,16 @@ impl Fields {
             }
             None => Potential::smooth(noise(basin_m, 2, Stream::Potential)),
         };
-        let mut fields = Fields {
+        Fields {
             settings: settings.clone(),
-            spring_m3s: settings.spring_m3s,
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
             potential,
-            geography: geography.clone(),
-            uplift: noise(mask.wavelength_m, mask.octaves, Stream::Uplift),
+            law_source: match &geography {
+                Some(geography) => LawSource::Geography(Arc::clone(geography)),
+                None => LawSource::Uplift(noise(mask.wavelength_m, mask.octaves, Stream::Uplift)),
+            },
+            bounds: Laws::bounds(settings, sea_level_m.unwrap_or(0.0), geography.is_some()),
             flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
@@ -205,13 +197,7 @@ impl Fields {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
                 None => settings.base_m,
             },
-        };
-        // If a level's channels would hold water on their very last stretch alone, a higher threshold leaves all of
-        // them dry.
-        let mouths_m3s = (1..=settings.levels).map(|level| fields.discharge_m3s(most_area(level)));
-        let mut scarce = mouths_m3s.filter(|mouth| (MOST_SPRING * mouth..=*mouth).contains(&settings.spring_m3s));
-        fields.spring_m3s = scarce.next().map_or(settings.spring_m3s, f64::next_up);
-        fields
+        }
     }
 
     /// Returns the recipe.
@@ -221,7 +207,7 @@ impl Fields {
 
     /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
-        let geography = self.geography.iter().flat_map(|geography| geography.memories());
+        let geography = self.geography().into_iter().flat_map(|geography| geography.memories());
         geography.chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
     }
 
@@ -294,9 +280,9 @@ impl Fields {
     }
 
     /// Returns the number of rounds in which closed basins spill over into their neighbours. Two leave a few lakes
-    /// without outlet, as there are on Earth.
+    /// without outlet, as there are on Earth; in a whole world it depends on the climate which basins are closed.
     pub fn spill_rounds(&self) -> u32 {
-        2
+        if self.geography().is_some() { u32::MAX } else { 2 }
     }
 
     /// Tells whether it is so dry at a point that the water of a closed basin does not rise to its rim.
@@ -342,146 +328,102 @@ impl Fields {
         if in_sea { self.lowstand_level_m() } else { self.base_m }
     }
 
-    /// Returns the rate at which the land rises at a point, above 0 to 1.
-    pub fn uplift(&self, at: Point) -> f64 {
-        match &self.geography {
-            Some(geography) => geography.land_at_large(&[at])[0].uplift,
-            None => self.uplift_by(self.uplift.at(at)),
+    /// Returns the geography of a whole world; none where the settings hold everywhere.
+    pub fn geography(&self) -> Option<&Geography> {
+        match &self.law_source {
+            LawSource::Geography(geography) => Some(geography),
+            LawSource::Uplift(_) => None,
         }
     }
 
-    /// Returns the [rates of uplift](Fields::uplift) at any number of points, for callers that know all points
-    /// beforehand.
-    pub fn uplifts(&self, points: &[Point]) -> Vec<f64> {
-        if let Some(geography) = &self.geography {
-            return geography.land_at_large(points).into_iter().map(|land| land.uplift).collect();
-        }
-        self.uplift.at_all(points).into_iter().map(|noise| self.uplift_by(noise)).collect()
+    /// Returns the least value of each law over all places.
+    pub fn least_laws(&self) -> &Laws {
+        &self.bounds[0]
     }
 
-    fn uplift_by(&self, noise: f64) -> f64 {
-        let (mask, least) = (&self.settings.uplift.mask, self.settings.uplift.least);
-        let t = ((noise - mask.from) / (mask.to - mask.from)).clamp(0.0, 1.0);
-        least + (1.0 - least) * t * t * (3.0 - 2.0 * t)
+    /// Returns the greatest value of each law over all places.
+    pub fn most_laws(&self) -> &Laws {
+        &self.bounds[1]
     }
 
-    /// Returns the slope of hillsides, by uplift.
-    pub fn hill_slope(&self, uplift: f64) -> f64 {
-        let [low, high] = self.settings.hill_slope;
-        low + (high - low) * uplift
-    }
-
-    /// Returns the slope of the gentlest hillsides.
-    pub fn least_hill_slope(&self) -> f64 {
-        let [low, high] = self.settings.hill_slope;
-        low.min(high)
-    }
-
-    /// Returns the slope of a river, by uplift and by the area that it drains, in cells of the trunk lattice.
-    pub fn river_slope(&self, uplift: f64, area: f64) -> f64 {
-        let slope = self.settings.trunk_slope * uplift / area.sqrt();
-        // Stay below a fixed share of the hill slope; otherwise hillsides could not rise from the channel.
-        slope / (1.0 + slope / (self.settings.channel_slope * self.hill_slope(uplift)))
-    }
-
-    /// Returns the least slope across a channel that follows the law of rivers, as a share of the hillside's.
+    /// Returns the least slope across a channel that follows the law of rivers, as a share of the hillside's, over all
+    /// places.
     pub fn least_cross(&self) -> f64 {
-        across(self.settings.channel_slope.min(LEAST_CROSS))
+        across(self.most_laws().channel_slope.min(LEAST_CROSS))
     }
 
-    /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.
-    pub fn iced(&self, level_m: f64) -> f64 {
-        self.settings.ice_m.map_or(0.0, |ice_m| smooth((level_m - (ice_m + self.datum_m())) / ICE_RISE_M))
-    }
-
-    /// Returns the half width in grains of the floor of a level's valley, by the area that drains there and the height
-    /// of its bed.
-    pub fn trough(&self, level: u32, area: f64, level_m: f64) -> f64 {
-        self.water_trough(area) + self.most_iced(level) * self.iced(level_m)
-    }
-
-    /// Returns the half width in grains that no floor of a level exceeds.
+    /// Returns the half width in grains that no floor of a level exceeds, over all places.
     pub fn widest_trough(&self, level: u32) -> f64 {
         match level {
             0 => self.widest_water_trough(),
-            _ => self.water_trough(most_area(level)) + self.most_iced(level),
+            _ => Laws { ice_m: self.least_laws().ice_m, ..*self.most_laws() }.widest_trough(self, level),
         }
     }
 
-    /// Returns the largest half width by which glaciers have widened the floors of a level. Trunks have none, as their
-    /// width follows from the area that drains there, nor have the finest valleys, which are younger than the ice.
-    fn most_iced(&self, level: u32) -> f64 {
-        match level > 0 && level + 1 < self.levels() && self.settings.ice_m.is_some() {
+    /// Returns the largest half width in grains by which glaciers widen the floors of a level. Trunks have none, as
+    /// their width follows from the area that drains there, nor have the finest valleys, which are younger than the
+    /// ice.
+    pub(super) fn most_iced(&self, level: u32) -> f64 {
+        match level > 0 && level + 1 < self.levels() {
             true => ICE_WIDTH * self.side(level).min(WIDEST_ICE * self.side(self.levels() - 1)) as f64,
             false => 0.0,
         }
     }
 
-    /// Returns the half width in grains of a valley's floor that water alone has made, by the area that drains there.
-    fn water_trough(&self, area: f64) -> f64 {
-        // Like the river's width, the floor's grows with the root of the discharge, but less and less for large rivers.
-        let share = self.settings.valley * area.sqrt() / WIDEST_TROUGH;
-        self.widest_water_trough() * share / (1.0 + share * share).sqrt()
-    }
-
-    /// Returns the half width in grains that no such floor reaches, however large the area is that drains there.
-    fn widest_water_trough(&self) -> f64 {
+    /// Returns the half width in grains that no floor made by water alone reaches, however large the area is that
+    /// drains there.
+    pub(super) fn widest_water_trough(&self) -> f64 {
         WIDEST_TROUGH * self.side(0) as f64
     }
 
-    /// Returns the share of the level part of a floor that is flood plain at a point, and the height in metres of the
-    /// terraces above the flood plain, by the area that drains there.
-    pub fn terrace(&self, at: Point, area: f64) -> (f64, f64) {
-        if self.settings.terraces == 0 {
-            return (1.0, 0.0);
-        }
-        let share = (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0);
-        (share, RISER_DEPTHS * river_depth_m(self.discharge_m3s(area)) as f64)
+    /// Returns the number of terraces from the flood plains to the sides of valleys.
+    pub fn terraces(&self) -> u32 {
+        self.settings.terraces
     }
 
-    /// Returns the discharge in cubic metres a second, by area: what runs off the area in a year.
-    pub fn discharge_m3s(&self, area: f64) -> f64 {
-        let side_m = self.side(0) as f64 * self.metres_a_grain;
-        area * side_m * side_m * self.settings.runoff_m / SECONDS_A_YEAR
+    /// Tells whether rills have a depth of their own, and lie in patches; otherwise they are gullies like the others.
+    pub fn has_rills(&self) -> bool {
+        self.settings.rills.is_some()
     }
 
-    /// Returns the rain that runs off at a point, in metres a year.
-    pub fn runoff_m(&self, _at: Point) -> f64 {
-        self.settings.runoff_m
+    /// Returns the share of the level part of a floor that is flood plain at a point, where terraces rise from it.
+    pub fn flood_plain(&self, at: Point) -> f64 {
+        (FLOOD_PLAIN.0 + FLOOD_PLAIN.1 * self.flood_plain.at(at)).clamp(0.0, 1.0)
     }
 
-    /// Returns the discharge in cubic metres a second that runs off the cell of the trunk lattice around a point.
-    pub fn runoff_m3s(&self, at: Point) -> f64 {
-        let side_m = self.side(0) as f64 * self.metres_a_grain;
-        side_m * side_m * self.runoff_m(at) / SECONDS_A_YEAR
-    }
-
-    /// Returns the square metres from which a discharge in cubic metres a second runs off.
+    /// Returns the square metres, at least, from which a discharge in cubic metres a second runs off, wherever that is.
     pub fn drained_m2(&self, discharge_m3s: f64) -> f64 {
-        discharge_m3s * SECONDS_A_YEAR / self.settings.runoff_m
+        discharge_m3s * SECONDS_A_YEAR / self.most_laws().runoff_m
     }
 
-    /// Tells whether a channel holds water where it drains this area: its spring is then further up.
-    pub fn is_wet(&self, area: f64) -> bool {
-        self.holds_water(self.discharge_m3s(area))
+    /// Tells whether the tributary of a level with this head holds water, if there is one: its spring is then further
+    /// up than its mouth.
+    pub fn is_wet_at(&self, level: u32, head: Point) -> bool {
+        // At most levels, all tributaries hold water or none does.
+        self.may_be_wet(level) && (self.least_laws().is_wet(self, level) || self.laws(head).is_wet(self, level))
+    }
+
+    /// Tells whether there may be tributaries of a level that hold water.
+    pub fn may_be_wet(&self, level: u32) -> bool {
+        self.most_laws().is_wet(self, level)
     }
 
     /// Tells whether a channel with this discharge in cubic metres a second holds water.
     pub fn holds_water(&self, discharge_m3s: f64) -> bool {
-        discharge_m3s >= self.spring_m3s
-    }
-
-    /// Returns the width of a river in metres, by area.
-    ///
-    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the
-    /// discharge).
-    pub fn river_width_m(&self, area: f64) -> f64 {
-        self.settings.river_width_m * self.discharge_m3s(area).sqrt()
+        discharge_m3s >= self.spring_m3s()
     }
 
     /// Returns the discharge in cubic metres a second from which on a channel holds water.
     pub fn spring_m3s(&self) -> f64 {
-        self.spring_m3s
+        self.settings.spring_m3s
+    }
+
+    /// Returns the width of a river in metres, by its discharge in cubic metres a second.
+    ///
+    /// Based on: L. B. Leopold, T. Maddock, The hydraulic geometry of stream channels, 1953 (the root of the
+    /// discharge).
+    pub fn river_width_m(&self, discharge_m3s: f64) -> f64 {
+        self.settings.river_width_m * discharge_m3s.sqrt()
     }
 
     /// Returns the half width of the largest lakes in grains.
@@ -489,10 +431,10 @@ impl Fields {
         self.settings.lake_m.unwrap_or(self.settings.trunk_m / 16.0) / self.metres_a_grain
     }
 
-    /// Returns the half width in grains that water must exceed to be a lake, where a river drains this area: the
+    /// Returns the half width in grains that water must exceed to be a lake, where a river has this discharge: the
     /// river's own half width, and at least a vertex, as narrower water would hardly show.
-    pub fn least_lake(&self, area: f64) -> f64 {
-        (self.river_width_m(area) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
+    pub fn least_lake(&self, discharge_m3s: f64) -> f64 {
+        (self.river_width_m(discharge_m3s) / 2.0 / self.metres_a_grain).max(GRAINS as f64)
     }
 
     /// Returns the metres from the lowstand's shore, about: inland above 0, at sea below. Infinite without a sea.
@@ -795,7 +737,11 @@ mod tests {
     #[test]
     fn no_level_holds_water_on_its_last_stretch_alone() {
         let wet = |spring_m3s: f64| {
-            Fields::of_preset("alps", 1, |settings| settings.spring_m3s = spring_m3s).is_wet(most_area(3))
+            let fields = Fields::of_preset("alps", 1, |settings| settings.spring_m3s = spring_m3s);
+            let is_wet = fields.may_be_wet(3);
+            let mouth_m3s = fields.most_laws().mouth_m3s(&fields, 3);
+            assert_eq!(fields.holds_water(mouth_m3s), is_wet, "at {mouth_m3s} m3/s");
+            is_wet
         };
         let mouth_m3s = 15_360.0f64.powi(2) * 0.8 / 31_556_952.0 / 64.0;
         let shares = [0.5, 0.79, 0.81, 0.99, 1.01];

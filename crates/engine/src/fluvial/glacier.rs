@@ -29,7 +29,6 @@ use crate::stop::Stopped;
 pub struct Glaciers {
     fields: Arc<Fields>,
     seed: u64,
-    line_m: f64,
 }
 
 /// Least height in metres above the lowest glaciers of the floor where a glacier begins; all glaciers end within the
@@ -109,11 +108,8 @@ impl Glacier {
 impl Glaciers {
     /// Returns the glaciers of a world with these fields; `None` if it has none.
     pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Glaciers> {
-        fields.settings().glacier_m.map(|line_m| Glaciers {
-            fields: Arc::clone(fields),
-            seed: hash::stream(seed, Stream::Glaciers),
-            line_m: line_m + fields.datum_m(),
-        })
+        let glaciers = || Glaciers { fields: Arc::clone(fields), seed: hash::stream(seed, Stream::Glaciers) };
+        (fields.least_laws().glacier_m < f64::INFINITY).then(glaciers)
     }
 
     /// Returns the thickness of the ice in metres at each node.
@@ -150,16 +146,17 @@ impl Glaciers {
     fn glacier(&self, channel: &Channel) -> Option<Glacier> {
         let fields = &self.fields;
         let ((level, x, y), metres) = (channel.id, fields.metres_a_grain());
-        let head = channel.knots[0];
+        let (head, line_m) = (channel.knots[0], channel.laws.glacier_m);
         // Trunks begin at other trunks, and the finest valleys are younger than the ice.
-        if level == 0 || level + 1 >= fields.levels() || head.level_m < self.line_m + FED_M {
+        if level == 0 || level + 1 >= fields.levels() || head.level_m < line_m + FED_M {
             return None;
         }
         let seed = hash::network_level(self.seed, level);
-        let front_m = self.line_m + FED_M * chance(seed, (x, y), Draw::Glacier, 0);
+        let front_m = line_m + FED_M * chance(seed, (x, y), Draw::Glacier, 0);
         // The glacier ends above the first river or lake.
-        let is_iced =
-            |knot: &&Knot| knot.level_m > front_m && !fields.is_wet(knot.area) && knot.pool_m == f64::NEG_INFINITY;
+        let is_iced = |knot: &&Knot| {
+            knot.level_m > front_m && !fields.holds_water(knot.discharge_m3s) && knot.pool_m == f64::NEG_INFINITY
+        };
         let iced = channel.knots.iter().take_while(is_iced).count();
         let long = ways(&channel.knots[..iced]).pop().map_or(0.0, |long| long.min(LONG_M[1] / metres));
         if long * metres < LONG_M[0] {

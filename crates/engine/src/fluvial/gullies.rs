@@ -14,6 +14,7 @@ use std::mem;
 use crate::area::{Area, Stride};
 use crate::clock::Clock;
 use crate::fluvial::fields::Fields;
+use crate::fluvial::hillsides::{Hillsides, NodeValues};
 use crate::fluvial::valley::Valleys;
 use crate::fluvial::warp::Displaced;
 use crate::hash::{self, Stream};
@@ -25,9 +26,11 @@ use crate::stop::Stopped;
 #[derive(Debug)]
 pub struct Gullies {
     octaves: Vec<Wave>,
-    /// Mean depths in metres of the octaves that are too short to be seen, where the hillside's slope is 1.
-    unseen_m: Vec<f32>,
+    /// Mean depths in metres of the octaves that are too short to be seen, where the hillside's slope is 1 and gullies
+    /// are deepest, each with true for rills.
+    unseen_m: Vec<(f32, bool)>,
     roughness: Fractal,
+    /// Height in metres of the roughness where the hillside's slope is 1 and hillsides are roughest.
     rough_m: f32,
     spacing_m: f32,
 }
@@ -35,11 +38,14 @@ pub struct Gullies {
 #[derive(Debug)]
 struct Wave {
     stripes: Stripes,
-    /// Metres from crest to floor where the hillside's slope is 1.
+    /// True for rills, whose depth differs from place to place in another way than that of the longer gullies.
+    are_rills: bool,
+    /// Metres from crest to floor where the hillside's slope is 1 and gullies are deepest.
     depth_m: f32,
     /// Noise that makes the octave deep in some places and leaves it out in others.
     patches: Option<Fractal>,
-    /// Factor of `flank`, which gives the slope across the stripes where the hillside's slope is 1.
+    /// Factor of `flank`, which gives the slope across the stripes where the hillside's slope is 1 and gullies are
+    /// deepest.
     slope: f32,
 }
 
@@ -101,12 +107,11 @@ impl Gullies {
     pub fn new(fields: &Fields, stride: Stride, seed: u64) -> Option<Gullies> {
         let carves_unseen = stride != Stride::ONE;
         let spacing_m = fields.spacing_m() * stride.vertices() as f64;
-        let strength = fields.settings().gullies;
+        let most = fields.most_laws();
         let finest_m = fields.side(fields.levels() - 1) as f64 * fields.metres_a_grain();
-        if strength == 0.0 {
+        if most.gullies == 0.0 {
             return None;
         }
-        let rills = fields.settings().rills;
         // A fourth octave would cost as much as each of the three, and be lower than the roughness.
         let waves_m = std::iter::successors(Some(FIRST_WAVE * finest_m), |wave_m| Some(wave_m / WAVE_RATIO));
         let waves_m: Vec<f64> = waves_m.take(MOST_OCTAVES).collect();
@@ -117,16 +122,18 @@ impl Gullies {
             let spec = FractalSpec { kind: FractalKind::Fbm, octaves: 1, wavelength_m, lacunarity: 2.0, h: 1.0 };
             Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Rills))
         };
+        let are_rills = |index: usize| index + 1 == MOST_OCTAVES;
         let depth_m = |index: usize, wave_m: f64| {
-            let rills = rills.filter(|_| index + 1 == MOST_OCTAVES);
-            (rills, rills.unwrap_or(strength) * DEPTH * wave_m)
+            let strength = if are_rills(index) { most.rills } else { most.gullies };
+            strength * DEPTH * wave_m
         };
         let octave = |(index, wave_m): (usize, &f64)| {
-            let (rills, depth_m) = depth_m(index, *wave_m);
+            let depth_m = depth_m(index, *wave_m);
             Wave {
+                are_rills: are_rills(index),
                 stripes: Stripes::new(*wave_m, spacing_m, hash::stream(seed, Stream::Gullies.of(index as u64))),
                 depth_m: depth_m as f32,
-                patches: rills.map(|_| patches()),
+                patches: (are_rills(index) && fields.has_rills()).then(patches),
                 // The largest slope of `depth / 2 * cos(2 pi x / wave)` along x.
                 slope: (depth_m * std::f64::consts::PI / wave_m) as f32,
             }
@@ -134,8 +141,8 @@ impl Gullies {
         let octaves = waves_m.iter().enumerate().filter(|(_, wave_m)| is_seen(wave_m)).map(octave).collect();
         // In the mean half of the depth is carved, and rills are there on half of the faces.
         let unseen = waves_m.iter().enumerate().filter(|(_, wave_m)| !is_seen(wave_m)).map(|(index, wave_m)| {
-            let (rills, depth_m) = depth_m(index, *wave_m);
-            (depth_m * if rills.is_some() { 0.25 } else { 0.5 }) as f32
+            let in_patches = are_rills(index) && fields.has_rills();
+            ((depth_m(index, *wave_m) * if in_patches { 0.25 } else { 0.5 }) as f32, are_rills(index))
         });
         let unseen_m = unseen.filter(|_| carves_unseen).collect();
         // As many octaves as the lattice can show.
@@ -152,7 +159,7 @@ impl Gullies {
             octaves,
             unseen_m,
             roughness: Fractal::new(&spec, spacing_m, hash::stream(seed, Stream::Roughness)),
-            rough_m: (fields.settings().roughness * ROUGHNESS * rough_wave_m) as f32,
+            rough_m: (most.roughness * ROUGHNESS * rough_wave_m) as f32,
             spacing_m: spacing_m as f32,
         })
     }
@@ -166,7 +173,13 @@ impl Gullies {
 
     /// Carves the heights of all nodes. The results are right at nodes whose [`input`] lies within the nodes. Rows must
     /// be whole patches.
-    pub fn carve(&self, nodes: &Displaced, slope: &[f32], valleys: &mut Valleys, clock: &Clock) -> Result<(), Stopped> {
+    pub fn carve(
+        &self,
+        nodes: &Displaced,
+        hillsides: &Hillsides,
+        valleys: &mut Valleys,
+        clock: &Clock,
+    ) -> Result<(), Stopped> {
         let area = nodes.area;
         let len = area.len();
         let warp = nodes.metres.each_ref().map(|metres| &metres[..]);
@@ -187,7 +200,8 @@ impl Gullies {
         // Octaves add up what they carve, and the sum is taken off at the end: so all see the hillside as the valleys
         // made it.
         let Valleys { height_m, level_m, crest_m, steepness, .. } = valleys;
-        let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope };
+        let hillside = Hillside { height_m, level_m, foot_m: &foot_m, crest_m, steepness, slope: &hillsides.slope };
+        let depth = |are_rills: bool| if are_rills { &hillsides.rills } else { &hillsides.gullies };
         let mut carved = vec![0.0; len];
         let mut patches = vec![0.0; len];
         for octave in &self.octaves {
@@ -200,6 +214,7 @@ impl Gullies {
             dispatch(CarveOctave {
                 depth_m: octave.depth_m,
                 slope: octave.slope,
+                depth: depth(octave.are_rills),
                 hillside,
                 across: &across,
                 crest: &crest,
@@ -212,14 +227,20 @@ impl Gullies {
         // The mean of an octave is carved as if the whole hillside were the level floor of a gully.
         crest.fill(-1.0);
         flank.fill(0.0);
-        for depth_m in &self.unseen_m {
+        for (depth_m, are_rills) in &self.unseen_m {
             let (across, crest, flank) = (&across, &crest, &flank);
             let (fall, carved) = (&mut fall, &mut carved);
-            let (depth_m, slope, patches) = (*depth_m, 0.0, None);
-            dispatch(CarveOctave { depth_m, slope, hillside, across, crest, flank, patches, fall, carved });
+            let (depth_m, slope, depth, patches) = (*depth_m, 0.0, depth(*are_rills), None);
+            dispatch(CarveOctave { depth_m, slope, depth, hillside, across, crest, flank, patches, fall, carved });
         }
         self.roughness.fill(area, None, &mut crest);
-        dispatch(Roughen { rough_m: self.rough_m, hillside, noise: &crest, carved: &mut carved });
+        dispatch(Roughen {
+            rough_m: self.rough_m,
+            roughness: &hillsides.roughness,
+            hillside,
+            noise: &crest,
+            carved: &mut carved,
+        });
         height_m.copy_from_slice(&carved);
         Ok(())
     }
@@ -372,6 +393,8 @@ struct CarveOctave<'a> {
     /// As of a [`Wave`].
     depth_m: f32,
     slope: f32,
+    /// Depth of the gullies at each vertex, as a share of the greatest.
+    depth: &'a NodeValues,
     hillside: Hillside<'a>,
     across: &'a [Vec<f32>; 2],
     crest: &'a [f32],
@@ -389,7 +412,8 @@ impl Kernel for CarveOctave<'_> {
     fn run<S: Simd>(self, simd: S) {
         let half = simd.splat(0.5);
         for at in (0..self.carved.len()).step_by(S::LANES) {
-            let depth = simd.splat(self.depth_m) * simd.load(&self.hillside.slope[at..]);
+            let deep = self.depth.load(simd, at);
+            let depth = simd.splat(self.depth_m) * simd.load(&self.hillside.slope[at..]) * deep;
             let mut share = share(simd, &self.hillside, at, depth);
             if let Some(patches) = self.patches {
                 let patch = half + simd.load(&patches[at..]);
@@ -398,7 +422,7 @@ impl Kernel for CarveOctave<'_> {
             let carved = simd.load(&self.carved[at..]) + depth * share * (half - half * simd.load(&self.crest[at..]));
             simd.store(carved, &mut self.carved[at..]);
             // The slope of the stripes, relative to the hillside's slope.
-            let turn = share * simd.splat(self.slope) * simd.load(&self.flank[at..]);
+            let turn = share * simd.splat(self.slope) * deep * simd.load(&self.flank[at..]);
             for axis in [0, 1] {
                 let fall = simd.load(&self.fall[axis][at..]) - turn * simd.load(&self.across[axis][at..]);
                 simd.store(fall, &mut self.fall[axis][at..]);
@@ -410,6 +434,8 @@ impl Kernel for CarveOctave<'_> {
 /// Turns the carved depth into the height that is left, and adds the roughness.
 struct Roughen<'a> {
     rough_m: f32,
+    /// Roughness at each vertex, as a share of the greatest.
+    roughness: &'a NodeValues,
     hillside: Hillside<'a>,
     noise: &'a [f32],
     carved: &'a mut [f32],
@@ -422,6 +448,7 @@ impl Kernel for Roughen<'_> {
     fn run<S: Simd>(self, simd: S) {
         for at in (0..self.carved.len()).step_by(S::LANES) {
             let rough = simd.splat(self.rough_m) * simd.load(&self.hillside.slope[at..]);
+            let rough = rough * self.roughness.load(simd, at);
             let share = share(simd, &self.hillside, at, rough);
             let (height, level) = (simd.load(&self.hillside.height_m[at..]), simd.load(&self.hillside.level_m[at..]));
             let height = height - simd.load(&self.carved[at..]) + rough * share * simd.load(&self.noise[at..]);

@@ -136,15 +136,16 @@ impl Hollow {
         least_m: impl Fn(Point) -> f64,
         others: impl Fn(Point) -> f64,
     ) -> bool {
-        let hill_slope = channel.hill_slope;
+        let hill_slope = channel.laws.hill_slope;
         let whole = ways(&channel.knots).pop().expect("a channel has knots");
         let mut knots = refined(&channel.knots, whole / LEAST_SEGMENTS);
         let way = ways(&knots);
         let sill = way.partition_point(|way| *way < self.sill * whole).clamp(1, knots.len() - 2);
-        let Knot { level_m, area, .. } = knots[sill];
-        let trough = fields.trough(channel.id.0, area, level_m);
+        let Knot { at, level_m, area, discharge_m3s, .. } = knots[sill];
+        let laws = if channel.id.0 == 0 { fields.laws(at) } else { channel.laws };
+        let trough = laws.trough(fields, channel.id.0, area, level_m);
         let lake = self.on_floor(trough);
-        if lake.half_width < 2.0 * fields.least_lake(area) || lake.half_width > fields.lake_half_width() {
+        if lake.half_width < 2.0 * fields.least_lake(discharge_m3s) || lake.half_width > fields.lake_half_width() {
             return false;
         }
         let wanted_m = lake.depth_m(fields, hill_slope, trough);
@@ -287,7 +288,13 @@ mod tests {
 
     #[test]
     fn a_lake_whose_sill_is_lowered_has_no_dam_before_it() {
-        let knot = |level_m: f64, pool_m: f64| Knot { at: Point { x: 0, y: 0 }, level_m, area: 1.0, pool_m };
+        let knot = |level_m: f64, pool_m: f64| Knot {
+            at: Point { x: 0, y: 0 },
+            level_m,
+            area: 1.0,
+            discharge_m3s: 1.0,
+            pool_m,
+        };
         let lake = [560.0, 547.0, 537.0, 541.0, 546.0, 546.9].map(|level_m| knot(level_m, 547.0));
         let mut knots = [&[knot(580.0, NO_LAKE)], &lake[..], &[knot(541.2, NO_LAKE), knot(530.0, NO_LAKE)]].concat();
         fill(&mut knots);

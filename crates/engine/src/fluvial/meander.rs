@@ -52,9 +52,9 @@ const MOST_LOOKS: f64 = 384.0;
 /// Most places in a loop in which a line crosses itself: with so many places, a line turns round more than once.
 const MOST_LOOP: usize = 24;
 
-/// Returns the width in grains that counts for the meanders of a river that drains an area.
-pub fn meander_width(fields: &Fields, area: f64) -> f64 {
-    (fields.river_width_m(area) / fields.metres_a_grain()).max(NARROWEST * GRAINS as f64)
+/// Returns the width in grains that counts for the meanders of a river with a discharge in cubic metres a second.
+pub fn meander_width(fields: &Fields, discharge_m3s: f64) -> f64 {
+    (fields.river_width_m(discharge_m3s) / fields.metres_a_grain()).max(NARROWEST * GRAINS as f64)
 }
 
 /// The meanders at a place of a course.

@@ -1,7 +1,7 @@
 //! Fluvial relief: land that water made. Rivers first, relief second.
 //!
 //! ```text
-//! potential, uplift (fields) --> trunks: a coarse lattice that drains over its passes to sinks and the sea
+//! potential (fields), laws   --> trunks: a coarse lattice that drains over its passes to sinks and the sea
 //!                                   |
 //!                                   v
 //!                     network: level by level, tributaries that join the nearest channel
@@ -21,10 +21,11 @@
 //! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
 //! stage reads to make an area.
 //!
-//! The modules, in the order of that diagram: `potential`, `fields` and `strata_and_ceiling` hold the
-//! laws. `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`, `delta` and `trunk_course`
-//! make their lines, `lake` their lakes, and `branches` their oxbows and side arms. `tributary_course`, `tributary_bed`
-//! and `tributary` make all other channels; `bed_cut` lowers the beds of all. `network` finds channels with their
+//! The modules, in the order of that diagram: `potential`, `fields`, `laws` and `strata_and_ceiling` hold the laws.
+//! `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`,
+//! `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their oxbows and side arms.
+//! `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the beds of all.
+//! `network` finds channels with their
 //! `cross_section`s and `segment`s by place. `warp`, `valley`, `valley_side`, `hillsides`, `gullies`, the `stamp`s
 //! (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them, as `stages`
 //! asks for them in the `detail` that nodes can show. `rivers` and `strahler` know whole rivers, and `survey` measures
@@ -33,6 +34,7 @@
 
 pub mod settings;
 mod potential;
+pub mod laws;
 pub mod fields;
 mod strata_and_ceiling;
 mod plane;

@@ -131,7 +131,7 @@ impl Moraines {
     /// Returns the moraines of a world with these fields; `None` if it has none.
     pub fn new(fields: &Arc<Fields>, seed: u64) -> Option<Moraines> {
         let wave = (WAVE_M / fields.metres_a_grain()).round() as i64;
-        (fields.settings().moraines > 0.0).then(|| Moraines {
+        (fields.most_laws().moraines > 0.0).then(|| Moraines {
             fields: Arc::clone(fields),
             seed: hash::stream(seed, Stream::Moraines),
             uneven: PointNoise::new(wave, 2, hash::stream(seed, Stream::MoraineShape)),
@@ -189,7 +189,7 @@ impl Moraines {
         for stretch in 0..stretches as usize {
             let parts = 3 + TRIES + 2 * MOST_ARCS;
             let luck = |part: usize| chance(seed, (x, y), Draw::Moraine, (parts * stretch + part) as u64);
-            if luck(0) >= self.fields.settings().moraines {
+            if luck(0) >= channel.laws.moraines {
                 continue;
             }
             let lean = |way: &f64| {
@@ -253,7 +253,7 @@ impl Moraines {
             sides: [1.0 - 0.5 * side, 0.5 + 0.5 * side],
         };
         let (middle, reach_m) = moraine.reach();
-        let is_iced = self.fields.settings().ice_m.is_none() || self.fields.iced(knot.level_m) > 0.5;
+        let is_iced = channel.laws.ice_m == f64::INFINITY || channel.laws.iced(knot.level_m) > 0.5;
         let is_sea = knot.level_m < self.fields.lowest_lake_m();
         let is_lake = |knot: &Knot| knot.pool_m > f64::NEG_INFINITY && knot.at.distance(middle) * metres < reach_m;
         // Every vertex within the moraine's reach must know the channel's segment here.

@@ -19,7 +19,7 @@ use glam::DVec2;
 
 use super::branches::Branches;
 use super::channel::Channel;
-use super::fields::{Fields, most_area};
+use super::fields::Fields;
 use super::lake;
 use super::segment::{Reach, Segments, segments_of, touches, widened};
 use super::segments_above::{self, Above, AsksAbove, ChannelPart, Patch, PatchId};
@@ -205,11 +205,14 @@ impl Network {
         id.0 == 0 || self.tributaries.may_have_lake(id)
     }
 
-    /// Calls `take` with all channels that may touch a rectangle, of the levels that hold water.
+    /// Calls `take` with all trunks, and all tributaries that hold water, that may touch a rectangle.
     pub(super) fn wet_channels(&self, rectangle: [Point; 2], take: &mut dyn FnMut(&Arc<Channel>)) {
-        let holds_water = |level: &u32| *level == 0 || self.fields.is_wet(most_area(*level));
-        for level in (0..self.fields.levels()).take_while(holds_water) {
-            self.channels(level, rectangle, &mut *take);
+        for level in (0..self.fields.levels()).take_while(|level| *level == 0 || self.fields.may_be_wet(*level)) {
+            self.channels(level, rectangle, |channel| {
+                if level == 0 || self.fields.holds_water(channel.mouth_knot().discharge_m3s) {
+                    take(channel);
+                }
+            });
         }
     }
 
@@ -262,9 +265,9 @@ mod tests {
                         known += 1;
                         // A river ends at a point of the line of the channel that it joins.
                         if let Mouth::Channel(joined) = channel.mouth
-                            && fluvial.has_rivers(level)
+                            && fluvial.is_wet(channel.mouth_knot())
                         {
-                            let (joined, mouth) = (network.channel(joined).unwrap(), channel.knots.last().unwrap().at);
+                            let (joined, mouth) = (network.channel(joined).unwrap(), channel.mouth_knot().at);
                             assert!(
                                 joined.line_places(0).any(|place| joined.at(place).at == mouth),
                                 "{:?}",

@@ -76,6 +76,7 @@ struct CoursePoint {
     at: Point,
     level_m: f64,
     area: f64,
+    discharge_m3s: f64,
     /// Half width of the river in grains.
     river: f64,
 }
@@ -94,6 +95,7 @@ impl CoursePoint {
             at: self.at.towards(other.at, share),
             level_m: mix(self.level_m, other.level_m),
             area: mix(self.area, other.area),
+            discharge_m3s: mix(self.discharge_m3s, other.discharge_m3s),
             river: mix(self.river, other.river),
         }
     }
@@ -119,11 +121,11 @@ impl Fluvial {
         // Many channels of an area belong to the same river, so collect each river once.
         let mut found = BTreeMap::new();
         // Catchments shrink from level to level: below the first level without rivers there are none.
-        for level in (0..self.fields.levels()).take_while(|level| self.has_rivers(*level)) {
+        for level in (0..self.fields.levels()).take_while(|level| self.may_have_rivers(*level)) {
             self.network.try_channels(level, self.detail.least_area, rectangle, |channel| {
                 clock.check()?;
                 // A channel drains most at its mouth: if the mouth is dry, the channel has no river.
-                if self.is_wet(channel.knots[channel.knots.len() - 1].area) {
+                if self.is_wet(channel.mouth_knot()) {
                     let rivers = self.rivers_of(self.top(channel.id), clock)?;
                     found.extend(
                         rivers.iter().filter(|river| river.touches(area)).map(|river| (river.id, Arc::clone(river))),
@@ -269,14 +271,20 @@ impl Fluvial {
         Ok(wet.any(|wet| wet) || segments()?.all.iter().any(|segment| segment.lowest_m() < sea_m))
     }
 
-    /// Tells whether channels of a level have rivers.
-    pub fn has_rivers(&self, level: u32) -> bool {
-        level == 0 || self.is_wet(most_area(level))
+    /// Tells whether channels of a level may have rivers.
+    pub fn may_have_rivers(&self, level: u32) -> bool {
+        level == 0 || self.fields.may_be_wet(level) && most_area(level) >= self.detail.least_area
     }
 
-    /// Tells whether a channel that drains this area holds water.
-    pub(super) fn is_wet(&self, area: f64) -> bool {
-        self.fields.is_wet(area) && area >= self.detail.least_area
+    /// Tells whether a channel has a river at a knot.
+    pub(super) fn is_wet(&self, knot: &Knot) -> bool {
+        self.has_river(knot.area, knot.discharge_m3s)
+    }
+
+    /// Tells whether a channel has a river where it drains this area, in cells of the trunk lattice, and has this
+    /// discharge in cubic metres a second.
+    pub(super) fn has_river(&self, area: f64, discharge_m3s: f64) -> bool {
+        self.fields.holds_water(discharge_m3s) && area >= self.detail.least_area
     }
 
     /// Returns the channel in which the course of a channel begins, at a spring.
@@ -350,9 +358,9 @@ impl Fluvial {
     /// show.
     fn samples(&self, number: usize, channel: &Channel) -> Vec<CoursePoint> {
         let sample = |place: ChannelPlace| {
-            let Knot { at, level_m, area, .. } = channel.at(place);
+            let Knot { at, level_m, area, discharge_m3s, .. } = channel.at(place);
             let river = channel.half_width(place);
-            CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area, river }
+            CoursePoint { place: (number, place.0 as f64 + place.1), at, level_m, area, discharge_m3s, river }
         };
         let mut samples: Vec<CoursePoint> = channel.line_places(0).map(sample).collect();
         if self.stride > 1 {
@@ -375,7 +383,7 @@ impl Fluvial {
 
     /// Returns the ground in which a sample of a channel lies.
     fn ground(&self, sample: &CoursePoint, channel: &Channel) -> LiesIn {
-        if !self.is_wet(sample.area) {
+        if !self.has_river(sample.area, sample.discharge_m3s) {
             return LiesIn::Dry;
         }
         // The lake of a knot counts up to the next knot. Lakes are checked before the sea, as their floors may lie
@@ -413,15 +421,12 @@ impl Fluvial {
         let origin = [first.x, first.y].map(|grains| grains.div_euclid(node));
         let corner = Point { x: origin[0] * node, y: origin[1] * node };
         let node_m = self.node_m();
-        let point = |CoursePoint { at, level_m, area, river, .. }: &CoursePoint| {
-            let discharge_m3s = self.fields.discharge_m3s(*area);
-            LinePoint {
-                place: (at.from(corner) / node as f64).into(),
-                level_m: *level_m,
-                floor_m: level_m - river_depth_m(discharge_m3s) as f64,
-                half_width_m: river * self.fields.metres_a_grain(),
-                discharge_m3s,
-            }
+        let point = |&CoursePoint { at, level_m, discharge_m3s, river, .. }: &CoursePoint| LinePoint {
+            place: (at.from(corner) / node as f64).into(),
+            level_m,
+            floor_m: level_m - river_depth_m(discharge_m3s) as f64,
+            half_width_m: river * self.fields.metres_a_grain(),
+            discharge_m3s,
         };
         let points: Vec<LinePoint> = samples.iter().map(point).collect();
         let end = part.samples[part.samples.len() - 1];

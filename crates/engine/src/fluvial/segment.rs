@@ -59,6 +59,8 @@ pub struct Segment {
     pub level_m: [f64; 2],
     /// Areas that drain through it, in cells of the trunk lattice.
     pub area: [f64; 2],
+    /// Discharges in cubic metres a second.
+    pub discharge_m3s: [f64; 2],
     /// Slopes of the sides across the channel, as shares of the hillside's: together with the slope of the bed along
     /// the channel, they make the hillside's slope.
     pub cross: [f64; 2],
@@ -435,17 +437,18 @@ pub fn segments_of(
             is_trunk: channel.id.0 == 0,
             level_m: values(pair[0].level_m, pair[1].level_m),
             area: values(pair[0].area, pair[1].area),
+            discharge_m3s: values(pair[0].discharge_m3s, pair[1].discharge_m3s),
             cross: section(|section| section.cross),
             trough: section(|section| section.trough),
             lean: section(|section| section.lean),
             river: section(|section| section.river),
-            levees: fields.settings().levees,
-            terraces: fields.settings().terraces,
+            levees: channel.laws.levees,
+            terraces: fields.terraces(),
             flood_plain: section(|section| section.flood_plain),
             riser: section(|section| section.riser),
             bend: section(|section| section.bend),
             pool_m: pair[0].pool_m,
-            sunk: (sunk_m / (channel.hill_slope * fields.metres_a_grain())).clamp(0.0, most_sunk),
+            sunk: (sunk_m / (channel.laws.hill_slope * fields.metres_a_grain())).clamp(0.0, most_sunk),
         })
     })
 }
@@ -455,15 +458,20 @@ mod tests {
     use super::*;
     use crate::fluvial::channel::{Knot, Mouth};
     use crate::fluvial::cross_section::{MOST_LEAN, measured};
+    use crate::fluvial::laws::Laws;
     use crate::fluvial::settings::FluvialSettings;
     use crate::grain_point::GRAINS;
 
     /// Returns the segment of a river half a kilometre long between hillsides of a slope.
     fn reach_of_river(hill_slope: f64, change: impl FnOnce(&mut FluvialSettings)) -> Segment {
         let fields = Fields::of_preset("plains", 4, change);
-        let knot =
-            |x: i64, level_m: f64| Knot { at: Point::at_vertex(x, 0), level_m, area: 8.0, pool_m: f64::NEG_INFINITY };
-        let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, hill_slope);
+        let discharge_m3s = fields.most_laws().discharge_m3s(&fields, 8.0);
+        let knot = |x: i64, level_m: f64| {
+            let at = Point::at_vertex(x, 0);
+            Knot { at, level_m, area: 8.0, discharge_m3s, pool_m: f64::NEG_INFINITY }
+        };
+        let laws = Laws { hill_slope, ..*fields.most_laws() };
+        let river = Channel::new((0, 0, 0), vec![knot(0, 100.0), knot(50, 99.9)], Mouth::Sea, laws);
         let river = measured(&fields, river);
         segments_of(&fields, &river, 0, Point::at_vertex(0, 0), |_| true).next().unwrap()
     }

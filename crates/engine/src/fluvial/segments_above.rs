@@ -271,7 +271,7 @@ mod tests {
             .segments(ShownChannels::whole(2), square, origin, Reach::even(3.0 * cell), &Clock::default())
             .unwrap();
         let name = |segment: &Segment| (all.channels[segment.channel as usize].id, segment.knot);
-        let slope = fluvial.fields().least_hill_slope() * fluvial.fields().metres_a_grain();
+        let slope = fluvial.fields().least_laws().hill_slope * fluvial.fields().metres_a_grain();
         // Places in the square, at its edge, and where there are hardly any segments.
         for place in [[0.4, 0.7], [3.1, 2.2], [5.9, 0.0], [0.0, 6.0], [4.5, 1.0]] {
             let at = corner.moved(DVec2::from(place) * cell);

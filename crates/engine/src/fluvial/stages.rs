@@ -74,7 +74,7 @@ impl Fluvial {
         let mut valleys =
             clock.time(stage::VALLEYS, || self.valleys(&nodes, part, &hillsides, segments, read_m, clock))??;
         if let Some(gullies) = gullies {
-            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides.slope, &mut valleys, clock))??;
+            clock.time(stage::GULLIES, || gullies.carve(&nodes, &hillsides, &mut valleys, clock))??;
         }
         Ok(Carved { nodes, hillsides, valleys })
     }
@@ -128,8 +128,7 @@ impl Fluvial {
     /// Greatest rise in metres above the lowest valley side up to which gullies and moraines need to know the
     /// next-lowest side.
     pub(super) fn crest_read_m(&self, gullies: Option<&Gullies>) -> f32 {
-        let settings = self.fields.settings();
-        let steepest = settings.hill_slope[0].max(settings.hill_slope[1]) as f32;
+        let steepest = self.fields.most_laws().hill_slope as f32;
         let by_moraines_m = self.moraines.as_ref().map_or(0.0, |_| moraine::CREST_READ_M);
         let by_gullies_m = gullies.map_or(0.0, |gullies| gullies.crest_read_m(steepest));
         by_gullies_m.max(by_moraines_m)
@@ -194,7 +193,8 @@ impl Fluvial {
         let skerries = self.skerries(nodes.area, nodes.step);
         let rivers = ShownRivers {
             spacing_m: self.node_m() as f32,
-            least_m3s: self.fields.spring_m3s().max(self.fields.discharge_m3s(self.detail.least_area)),
+            least_m3s: self.fields.spring_m3s(),
+            least_area: self.detail.least_area,
             cuts_narrow: self.stride == 1,
         };
         FillWater::new((&self.fields, &self.lift), rivers, segments, nodes, valleys, coast_m, skerries)

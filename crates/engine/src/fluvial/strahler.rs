@@ -98,7 +98,9 @@ impl Strahler {
         let donors = |id: NodeId| {
             neighbours(id).filter(move |other| {
                 let drained = nodes.drained(*other);
-                drained.to == Some(id) && drained.sea_at.is_none() && fluvial.is_wet(drained.area as f64)
+                drained.to == Some(id)
+                    && drained.sea_at.is_none()
+                    && fluvial.has_river(f64::from(drained.area), drained.discharge_m3s)
             })
         };
         let mut above = vec![node];
@@ -128,15 +130,14 @@ impl Strahler {
         let around = padded(channel.bounds(), 1.0);
         let mut joins = Vec::new();
         for level in channel.id.0 + 1..fluvial.fields().levels() {
-            if !fluvial.has_rivers(level) {
+            if !fluvial.may_have_rivers(level) {
                 break;
             }
             network.try_channels(level, 0.0, around, |tributary| {
                 clock.check()?;
-                if tributary.mouth == Mouth::Channel(channel.id) {
+                if tributary.mouth == Mouth::Channel(channel.id) && fluvial.is_wet(tributary.mouth_knot()) {
                     let order = self.orders(fluvial, tributary, clock)?.end();
-                    let at = tributary.knots[tributary.knots.len() - 1].at;
-                    joins.push(Join { place: locate(channel, at), id: tributary.id, order });
+                    joins.push(Join { place: locate(channel, tributary.mouth_knot().at), id: tributary.id, order });
                 }
                 Ok(())
             })?;

@@ -167,7 +167,6 @@ impl Survey for Fluvial {
         let fields = self.fields();
         // All that the warp may move into the area, and a vertex more for rounding.
         let rectangle = self.warp.input(area.padded(1), 1);
-        let spring_m3s = fields.spring_m3s();
         let levels = self.wet_levels();
         let origin = Point::at_vertex(area.x0, area.y0);
         let shown = ShownChannels::whole(levels);
@@ -179,7 +178,7 @@ impl Survey for Fluvial {
         let mut world = self.warp.points();
         let mut last = (origin, world.undo(origin));
         for piece in &pieces.all {
-            if fields.discharge_m3s(lerp(piece.area, 1.0)) < spring_m3s {
+            if !fields.holds_water(lerp(piece.discharge_m3s, 1.0)) {
                 continue;
             }
             let start = pieces.channels[piece.channel as usize].knots[piece.knot as usize].at;
@@ -208,7 +207,6 @@ impl Survey for Fluvial {
             for part in 0..parts {
                 let to = end(part + 1);
                 let middle = (part as f64 + 0.5) / parts as f64;
-                let drained = lerp(piece.area, middle);
                 let level_m = lerp(piece.level_m, middle);
                 let touches = |axis: usize, first: i64, past: i64| {
                     from[axis].min(to[axis]) < past * FIXED && from[axis].max(to[axis]) >= first * FIXED
@@ -216,7 +214,7 @@ impl Survey for Fluvial {
                 if touches(0, area.x0, area.x1)
                     && touches(1, area.y0, area.y1)
                     && from != to
-                    && fields.discharge_m3s(drained) >= spring_m3s
+                    && fields.holds_water(lerp(piece.discharge_m3s, middle))
                     && !fields.is_drowned(start.moved(piece.along * middle), level_m)
                     && level_m >= piece.pool_m
                 {
@@ -268,7 +266,7 @@ impl Fluvial {
 
     /// Returns the number of levels of channels that may hold water.
     fn wet_levels(&self) -> u32 {
-        (0..self.fields().levels()).take_while(|level| self.has_rivers(*level)).count() as u32
+        (0..self.fields().levels()).take_while(|level| self.may_have_rivers(*level)).count() as u32
     }
 
     /// Returns the detail in which land is surveyed.

@@ -15,7 +15,7 @@ use crate::land::WaterKind;
 use crate::lines::FIXED;
 use crate::preset::Preset;
 use channel::{Channel, Knot};
-use hillsides::Hillsides;
+use hillsides::{Hillsides, NodeValues};
 use network::ShownChannels;
 use plane::lines;
 use segment::{Segment, Segments};
@@ -57,8 +57,20 @@ fn seeded(name: &str, seed: u64) -> Fluvial {
     Fluvial::of_preset(name, seed, |_| {})
 }
 
+/// Returns the hillsides of an area, with a value for each node even of what is the same everywhere.
 fn hillsides_of(fluvial: &Fluvial, area: Area) -> Hillsides {
-    Hillsides::new(&fluvial.fields, area, fluvial.detail, fluvial.reach(fluvial.detail))
+    let mut hillsides = Hillsides::new(&fluvial.fields, area, fluvial.detail, fluvial.reach(fluvial.detail));
+    for values in node_values(&mut hillsides) {
+        if let NodeValues::Same(value) = *values {
+            *values = NodeValues::Each(vec![value; area.len()]);
+        }
+    }
+    hillsides
+}
+
+fn node_values(hillsides: &mut Hillsides) -> [&mut NodeValues; 4] {
+    let Hillsides { crest_m, gullies, rills, roughness, .. } = hillsides;
+    [crest_m, gullies, rills, roughness]
 }
 
 /// All data before gullies and water, for an area much larger than `AREA`.
@@ -103,6 +115,10 @@ fn poisoned(known: Known, warp: Area, rest: Area) -> Known {
         poison(metres, wide, warp, f32::NAN);
     }
     poison(&mut hillsides.slope, wide, rest, f32::NAN);
+    for values in node_values(&mut hillsides) {
+        let NodeValues::Each(values) = values else { panic!("each node has its own") };
+        poison(values, wide, rest, f32::NAN);
+    }
     let Valleys { height_m, level_m, crest_m, steepness, distance_m, away: [east, south], segment, share } =
         &mut valleys;
     for values in [height_m, level_m, crest_m, steepness, distance_m, east, south, share] {
@@ -138,6 +154,7 @@ fn no_other_segments_matter_in(names: &[&str]) {
             if !known.contains(&key(&wide, segment)) {
                 segment.level_m = [f64::NAN; 2];
                 segment.area = [f64::NAN; 2];
+                segment.discharge_m3s = [f64::NAN; 2];
                 beyond += 1;
             }
         }
@@ -198,7 +215,7 @@ fn gullies_read_their_input_alone_in(names: &[&str]) {
         let fluvial = relief(name);
         let gullies = &fluvial.gullies[0];
         let carved = |mut known: Known| {
-            gullies.carve(&known.nodes, &known.hillsides.slope, &mut known.valleys, &Clock::default()).unwrap();
+            gullies.carve(&known.nodes, &known.hillsides, &mut known.valleys, &Clock::default()).unwrap();
             let mut heights = Grid::filled(known.nodes.area, 0.0);
             heights.values_mut().copy_from_slice(&known.valleys.height_m);
             heights.part(AREA)
@@ -220,7 +237,7 @@ fn gullies_are_whole_where_the_facets_of_a_hillside_meet() {
     let segments = fluvial.segments(area, fluvial.detail, &Clock::default()).unwrap();
     let mut valleys = fluvial.valleys(&nodes, nodes.area, &hillsides, &segments, ALL_M, &Clock::default()).unwrap();
     let bare_m = valleys.height_m.clone();
-    gullies.carve(&nodes, &hillsides.slope, &mut valleys, &Clock::default()).unwrap();
+    gullies.carve(&nodes, &hillsides, &mut valleys, &Clock::default()).unwrap();
     let step_m = |(x, y): (i64, i64)| {
         let [here, next] = [area.index(x, y), area.index(x + 1, y)];
         // Below a crest gullies deepen fast, which is no break.
@@ -372,7 +389,8 @@ fn glaciers_leave_wide_floors_and_cirques() {
     let fluvial = relief("alps");
     let fields = &fluvial.fields;
     let (high_m, low_m) = (1350.0, 500.0);
-    let widened_m = (fields.trough(3, 0.01, high_m) - fields.trough(3, 0.01, low_m)) * fields.metres_a_grain();
+    let trough = |level_m: f64| fields.most_laws().trough(fields, 3, 0.01, level_m);
+    let widened_m = (trough(high_m) - trough(low_m)) * fields.metres_a_grain();
     assert!(widened_m > 100.0, "{widened_m} m");
     // In a valley that held ice, the uppermost quarter is the floor of a cirque, and the quarter below it is a step.
     let (mut cirques, mut iced) = (0, 0);
@@ -429,11 +447,11 @@ fn dry_brooks_leave_no_beds_on_the_floors_of_larger_valleys() {
     let (mut on_floors, mut beds) = (0, 0);
     for channel in tributaries(&fluvial, 3072) {
         let mouth = channel.knots[channel.knots.len() - 1];
-        if fields.is_wet(fields::most_area(channel.id.0)) || mouth.pool_m > f64::NEG_INFINITY {
+        if fields.holds_water(mouth.discharge_m3s) || mouth.pool_m > f64::NEG_INFINITY {
             continue;
         }
         let around = larger(&fluvial, &channel);
-        let slope = fields.hill_slope(fields.uplift(mouth.at)).min(channel.hill_slope) * fields.metres_a_grain();
+        let slope = fields.laws(mouth.at).hill_slope.min(channel.laws.hill_slope) * fields.metres_a_grain();
         for knot in &channel.knots[1..channel.knots.len() - 1] {
             let at = knot.at.from(around.origin);
             let lowest = around.all.iter().min_by(|a, b| a.side_m(at, slope).total_cmp(&b.side_m(at, slope)));
@@ -484,7 +502,7 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
     let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
     for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
         // Skip rounded crests.
-        if known.valleys.crest_m[index] < fluvial.fields.settings().crest_m as f32 {
+        if known.valleys.crest_m[index] < fluvial.fields.most_laws().crest_m as f32 {
             continue;
         }
         let segment = &known.segments.all[known.valleys.segment[index] as usize];

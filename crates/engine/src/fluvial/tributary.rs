@@ -10,13 +10,13 @@ use super::course_offsets;
 use super::cross_section::measured;
 use super::fields::{BESIDE, Fields, most_area};
 use super::lake::{self, Hollow, NO_LAKE};
+use super::laws::Laws;
 use super::plane::lines;
 use super::segment::{Circle, Segment, SegmentBounds, segments_of};
 use super::segments_above::{self, Above, AsksAbove, ChannelPart};
 use super::tributary_bed::{GentlestSides, LargerValleys, TributaryBed, beside_m};
 use super::tributary_course::{Courses, TributaryCourse, TributaryEnd};
 use super::trunk_curve::DROWNED_SLOPE;
-use super::trunk_lattice::NodeId;
 use crate::geometry::LineSegment;
 use crate::grain_point::{Point, chance, overlap, padded};
 use crate::hash::{self, Draw};
@@ -83,9 +83,10 @@ impl Tributaries {
 
     /// Returns the tributary whose head is in a cell, if there is one.
     pub fn of(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
+        let head = self.courses.head(id)?;
         // Nobody sees whether a dry bed lies exactly on the ground, so it is not cut into the valleys of others of its
         // level.
-        if !self.fields.is_wet(most_area(id.0)) {
+        if !self.fields.is_wet_at(id.0, head) {
             return self.make_free(id, above);
         }
         let mut channel = self.free(id, above)?.as_ref().clone();
@@ -99,7 +100,7 @@ impl Tributaries {
         let may_be_lower = |other: &&Arc<Channel>| other.knots.iter().any(|knot| knot.level_m < highest_m);
         let segments = segments_of_all(&self.fields, others.iter().filter(may_be_lower), origin);
         let segments: Vec<&Segment> = segments.iter().collect();
-        cut_into(&self.fields, &mut channel.knots, channel.hill_slope, &segments, origin);
+        cut_into(&self.fields, &mut channel.knots, channel.laws.hill_slope, &segments, origin);
         let lower = |circle: &Circle, slope, most_m| nearly_below(&segments, circle, slope, most_m);
         leave_to_captors(&self.fields, &mut channel, lower, origin);
         if channel.lake.is_none() && channel.mouth != Mouth::Sea {
@@ -144,19 +145,22 @@ impl Tributaries {
         let way = head.from(shore);
         let from = shore.from(origin);
         let near = surroundings.valleys(fields.side(level) as f64);
-        let places = self.wander(level, (id.1, id.2), [from, way], &surroundings.lines(near));
-        let knot = Knot { at: shore, level_m, area: most_area(level), pool_m };
+        let laws = fields.laws(head);
+        let is_wet = laws.is_wet(fields, level);
+        let places = self.wander((id, is_wet), [from, way], &surroundings.lines(near));
+        let discharge_m3s = laws.mouth_m3s(fields, level);
+        let knot = Knot { at: shore, level_m, area: most_area(level), discharge_m3s, pool_m };
         let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
-        let mut knots = TributaryBed::new(fields, level, (knot, origin), &places, near, filled_m).knots();
+        let mut knots = TributaryBed::new(fields, (level, &laws), (knot, origin), &places, near, filled_m).knots();
         knots.reverse();
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
-            knots.push(Knot { at: foot, level_m: level_m - drowned_m, area: most_area(level), pool_m });
+            knots.push(Knot { at: foot, level_m: level_m - drowned_m, ..knot });
         }
-        let mut channel = Channel::new(id, knots, mouth, fields.hill_slope(fields.uplift(head)));
+        let mut channel = Channel::new(id, knots, mouth, laws);
         channel.lake = lake.map(|(_, id)| id);
         channel.joined_slope = joined_slope;
-        if fields.is_wet(most_area(level)) {
+        if is_wet {
             leave_to_captors(
                 fields,
                 &mut channel,
@@ -169,9 +173,11 @@ impl Tributaries {
 
     /// Tells whether the tributary of a cell has a lake, provided that the tributary and room for the lake exist. Dry
     /// beds have none.
-    pub fn may_have_lake(&self, (level, x, y): ChannelId) -> bool {
+    pub fn may_have_lake(&self, id @ (level, x, y): ChannelId) -> bool {
         let seed = hash::network_level(self.seed, level);
-        self.fields.is_wet(most_area(level)) && chance(seed, (x, y), Draw::Lake, 0) < self.fields.settings().lakes
+        let luck = chance(seed, (x, y), Draw::Lake, 0);
+        let has_lake = |laws: Laws| luck < laws.lakes && laws.is_wet(&self.fields, level);
+        has_lake(*self.fields.most_laws()) && self.courses.head(id).is_some_and(|head| has_lake(self.fields.laws(head)))
     }
 
     /// Digs the lake of a tributary that has one, given others of its level near it.
@@ -191,7 +197,7 @@ impl Tributaries {
         let is_own = |at: Point| !larger.iter().any(|segment| segment.has_on_floor(at.from(origin)));
         let others = segments_of_all(fields, others.iter(), origin);
         near.extend(&others);
-        let beside = GentlestSides { slope: BESIDE * channel.hill_slope * fields.metres_a_grain(), trough: 0.0 };
+        let beside = GentlestSides { slope: BESIDE * channel.laws.hill_slope * fields.metres_a_grain(), trough: 0.0 };
         let least_m = |at: Point| beside_m(&near, at.from(origin), beside);
         let others = |at: Point| {
             let at = at.from(origin);
@@ -203,10 +209,15 @@ impl Tributaries {
 
     /// Returns the places of a tributary's winding line, from its shore up. `from` is the shore relative to the origin,
     /// `way` leads from there to the head, and `around` has the lines that the tributary must not cross.
-    fn wander(&self, level: u32, id: NodeId, [from, way]: [DVec2; 2], around: &[LineSegment]) -> Vec<DVec2> {
+    fn wander(
+        &self,
+        ((level, x, y), is_wet): (ChannelId, bool),
+        [from, way]: [DVec2; 2],
+        around: &[LineSegment],
+    ) -> Vec<DVec2> {
         let segments = self.fields.segments_a_channel(level);
         let straight: Vec<DVec2> = (0..=segments).map(|step| from + way * (step as f64 / segments as f64)).collect();
-        let shares = course_offsets::offsets(hash::network_level(self.seed, level), id, segments);
+        let shares = course_offsets::offsets(hash::network_level(self.seed, level), (x, y), segments);
         let offsets: Vec<f64> = shares.iter().map(|share| share * way.length()).collect();
         let most = offsets.iter().map(|offset| offset.abs()).fold(0.0, f64::max);
         let rooms = course_offsets::rooms(&straight, around, most);
@@ -216,7 +227,7 @@ impl Tributaries {
         // corners would be. Of the others, those with water are rounded twice, because corners of water show.
         let times = match level + 1 == self.fields.levels() {
             true => 0,
-            false => 1 + usize::from(self.fields.is_wet(most_area(level))),
+            false => 1 + usize::from(is_wet),
         };
         let wandered = (0..times).fold(wandered, |places, _| course_offsets::rounded(&places));
         // If the room was misjudged between two knots, the straight course is used instead.
@@ -245,16 +256,19 @@ fn leave_to_captors<'a>(
     lower: impl FnOnce(&Circle, f64, f64) -> Vec<&'a Segment>,
     origin: Point,
 ) {
-    let least_slope = channel.hill_slope.min(fields.least_hill_slope()) * fields.metres_a_grain();
+    let least_slope = channel.laws.hill_slope.min(fields.least_laws().hill_slope) * fields.metres_a_grain();
     let (circle, highest_m) = bed_in(&channel.knots, origin);
     let others = lower(&circle, least_slope, highest_m);
-    let hangs = |knot: &Knot| {
+    if others.is_empty() {
+        return;
+    }
+    let laws = fields.all_laws(&channel.places());
+    let hangs = |(knot, laws): (&Knot, &Laws)| {
         let at = knot.at.from(origin);
-        let gentlest = fields.hill_slope(fields.uplift(knot.at)).min(channel.hill_slope);
-        let hillside = gentlest * fields.metres_a_grain();
+        let hillside = laws.hill_slope.min(channel.laws.hill_slope) * fields.metres_a_grain();
         others.iter().any(|segment| segment.side_below_m(at, hillside, knot.level_m - HANGS_M).is_some())
     };
-    let captured = channel.knots.iter().rposition(hangs).map_or(0, |last| last + 1);
+    let captured = channel.knots.iter().zip(&laws).rposition(hangs).map_or(0, |last| last + 1);
     // A channel keeps two knots at least, and the lower is where it meets another.
     channel.knots.drain(..captured.min(channel.knots.len() - 2));
 }

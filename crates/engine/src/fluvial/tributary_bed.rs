@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::bed_cut::{INCISION, nearly_below};
 use super::channel::Knot;
 use super::fields::{BESIDE, Fields, most_area};
+use super::laws::Laws;
 use super::segment::{Circle, Segment, SegmentBounds, rise};
 use super::segments_above::Above;
 use super::trunk_lattice::LEAST_SLOPE;
@@ -108,25 +109,24 @@ struct LowerValleys<'a> {
 }
 
 impl<'a> TributaryBed<'a> {
-    /// Prepares the bed of a tributary of a level through some places, the first of which is its shore, given the
-    /// larger valleys near it and the height in metres to which a lake has filled its mouth.
+    /// Prepares the bed of a tributary of a level through some places, the first of which is its shore, given the laws
+    /// at its head, the larger valleys near it and the height in metres to which a lake has filled its mouth.
     pub fn new(
         fields: &'a Fields,
-        level: u32,
+        (level, laws): (u32, &Laws),
         (shore, origin): (Knot, Point),
         places: &'a [DVec2],
         valleys: LargerValleys<'a>,
         filled_m: f64,
     ) -> TributaryBed<'a> {
-        let uplift = fields.uplift(origin.moved(places[places.len() - 1]));
         let way_m = come(places.windows(2).map(|pair| pair[1].distance(pair[0]) * fields.metres_a_grain()));
         // Near the larger valley hillsides may be gentler than at the head.
-        let gentlest = fields.hill_slope(fields.uplift(shore.at)).min(fields.hill_slope(uplift));
+        let gentlest = fields.laws(shore.at).hill_slope.min(laws.hill_slope);
         let hillside = gentlest * fields.metres_a_grain();
-        let beside = GentlestSides { slope: BESIDE * hillside, trough: fields.widest_trough(level) };
+        let beside = GentlestSides { slope: BESIDE * hillside, trough: laws.widest_trough(fields, level) };
         let coast_filled_m = fields.filled_m(level);
         let filled_m = filled_m.max(coast_filled_m);
-        let rises_m = rises_m(fields, level, uplift, shore.level_m, &way_m);
+        let rises_m = rises_m(fields, level, laws, shore.level_m, &way_m);
         // Of the segments nearby, only those are kept that may matter somewhere along the bed.
         let around = Circle::around(places);
         let above = valleys.nearly_above(&around, beside);
@@ -137,7 +137,7 @@ impl<'a> TributaryBed<'a> {
         let downwards = places.iter().rev().map(|place| origin.moved(*place));
         let mut coast_m = fields.below_coast_along_m(downwards, coast_filled_m);
         coast_m.reverse();
-        let is_wet = fields.is_wet(most_area(level));
+        let is_wet = laws.is_wet(fields, level);
         let knots = vec![shore];
         TributaryBed {
             fields,
@@ -227,8 +227,10 @@ impl<'a> TributaryBed<'a> {
         // Across a lake or the floor of a larger valley the bed rises no more than these do, but always a little.
         let least_slope = LEAST_SLOPE.min(self.rises_m[step - 1] / step_m);
         let least_m = |share: f64| step_m * share * least_slope;
-        let knot =
-            |place: DVec2, level_m: f64, area: f64| Knot { at: self.origin.moved(place), level_m, area, ..shore };
+        let knot = |place: DVec2, level_m: f64, area: f64| {
+            let discharge_m3s = shore.discharge_m3s * (area / shore.area);
+            Knot { at: self.origin.moved(place), level_m, area, discharge_m3s, ..shore }
+        };
         // The share of the step and the height of the last knot, at first that of the knot below.
         let mut from = (0.0, below.level_m);
         let mut knots = Vec::new();
@@ -256,15 +258,14 @@ fn area_at(level: u32, share: f64) -> f64 {
 
 /// Returns the metres that a river with the area of each step's middle rises along the step, given the distances from
 /// the shore, which lies at a height.
-fn rises_m(fields: &Fields, level: u32, uplift: f64, shore_m: f64, way_m: &[f64]) -> Vec<f64> {
+fn rises_m(fields: &Fields, level: u32, laws: &Laws, shore_m: f64, way_m: &[f64]) -> Vec<f64> {
     // The finest valleys are younger than the ice, so glaciers have not shaped them.
-    let iced = if level + 1 < fields.levels() { fields.iced(shore_m) } else { 0.0 };
-    let steepest = fields.settings().channel_slope * fields.hill_slope(uplift);
+    let iced = if level + 1 < fields.levels() { laws.iced(shore_m) } else { 0.0 };
     let whole_m = way_m[way_m.len() - 1];
     let rise_m = |ends: &[f64]| {
         let middle = f64::midpoint(ends[0] / whole_m, ends[1] / whole_m);
         let stair = 1.0 + iced * (STAIRS[(middle * STAIRS.len() as f64) as usize] - 1.0);
-        let slope = (fields.river_slope(uplift, area_at(level, middle)) * stair).min(steepest);
+        let slope = (laws.river_slope(area_at(level, middle)) * stair).min(laws.steepest_river());
         (ends[1] - ends[0]) * slope
     };
     way_m.windows(2).map(rise_m).collect()

@@ -14,6 +14,7 @@ use super::channel::{Channel, ChannelPlace, Knot, Mouth};
 use super::course_offsets;
 use super::cross_section::MOST_LEAN;
 use super::fields::{Fields, INTO_SEA, most_area};
+use super::laws::Laws;
 use super::segment::{Segment, SegmentBounds, rise};
 use super::segments_above::{Above, AsksAbove, ChannelPart, Near};
 use super::trunk_lattice::NodeId;
@@ -363,7 +364,7 @@ impl Courses {
 
     /// Returns the point at which the tributary of a cell begins if there is land, or `None` if chance leaves the cell
     /// out.
-    fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
+    pub fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
         let (side, seed) = (self.fields.side(level), hash::network_level(self.seed, level));
         if chance(seed, (x, y), Draw::Choice, 0) < LEFT_OUT {
             return None;
@@ -422,7 +423,8 @@ impl Courses {
         asker: &impl AsksAbove,
     ) -> Option<Ends> {
         let fields = &self.fields;
-        let hill_slope = fields.hill_slope(fields.uplift(head)) * fields.metres_a_grain();
+        let laws = fields.laws(head);
+        let hill_slope = laws.hill_slope * fields.metres_a_grain();
         let from = head.from(above.origin);
         let within = known(fields, level);
         let (head_m, owner) = above.lowest_side(from, hill_slope, within)?;
@@ -433,7 +435,7 @@ impl Courses {
         }
         let (t, square) = segment.nearest(from);
         let flat = FLAT.0 + FLAT.1 * chance(hash::network_level(self.seed, level), id, Draw::Flat, 0);
-        if !fields.is_wet(most_area(level)) && steepness(segment, t, square) < flat {
+        if !laws.is_wet(fields, level) && steepness(segment, t, square) < flat {
             return None;
         }
         // The tributary runs down the fall line to the channel whose valley holds the head, which need not be the
@@ -441,8 +443,18 @@ impl Courses {
         // other on the floor of a lake.
         let to = |beside: Near| {
             let channel = asker.channel(beside.channel)?;
-            Joining { fields, level, head, head_m, hill_slope, channel: &channel, segment: beside.segment, above }
-                .ends(|| chance(hash::network_level(self.seed, level), id, Draw::Foot, 0))
+            Joining {
+                fields,
+                laws: &laws,
+                level,
+                head,
+                head_m,
+                hill_slope,
+                channel: &channel,
+                segment: beside.segment,
+                above,
+            }
+            .ends(|| chance(hash::network_level(self.seed, level), id, Draw::Foot, 0))
         };
         to(owner).or_else(|| {
             let (_, nearest) = above.nearest(from, within)?;
@@ -454,6 +466,8 @@ impl Courses {
 /// A tributary in search of its end at a channel.
 struct Joining<'a> {
     fields: &'a Fields,
+    /// The laws at the head.
+    laws: &'a Laws,
     level: u32,
     head: Point,
     head_m: f64,
@@ -502,13 +516,13 @@ impl Joining<'_> {
         if place.0 == 0 && place.1 * channel.knots[0].at.distance(channel.knots[1].at) < clear {
             place = channel.downstream(place, clear)?;
         }
-        if self.fields.is_wet(most_area(self.level)) {
+        if self.laws.is_wet(self.fields, self.level) {
             place = channel.landing(place)?;
         }
         channel.downstream(place, clear.max(left))?;
         let Knot { at: foot, level_m, pool_m, .. } = channel.at(place);
         // Upstream of the confluence the joined channel is higher, and may lie beside the tributary's own floor.
-        let trough = self.fields.trough(self.level, most_area(self.level), level_m);
+        let trough = self.laws.trough(self.fields, self.level, most_area(self.level), level_m);
         let line = LineSegment { from: [0.0; 2], along: self.head.from(foot).into() };
         let upstream = channel.knots[..=place.0].iter();
         let above = upstream.map(|knot| (line.distance(knot.at.from(foot).into()), knot.level_m - level_m));

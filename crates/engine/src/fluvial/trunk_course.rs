@@ -126,17 +126,17 @@ impl TrunkCourses {
         if here.sea {
             return None;
         }
-        let Drained { to, sea_at, area, level_m, .. } = nodes.drained(id);
+        let Drained { to, sea_at, area, discharge_m3s, level_m, .. } = nodes.drained(id);
         let (to, fields) = (to?, &self.fields);
-        let knot = |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), pool_m: NO_LAKE };
+        let knot =
+            |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), discharge_m3s, pool_m: NO_LAKE };
         let (from, there) = (here.at, nodes.node(to));
         let end = match sea_at {
             Some(share) => knot(from.towards(there.at, share), fields.lowstand_level_m()),
             None => knot(there.at, nodes.drained(to).level_m),
         };
         let mouth = if sea_at.is_some() || there.sea { Mouth::Sea } else { Mouth::Channel((0, to.0, to.1)) };
-        let hill_slope = fields.hill_slope(fields.uplift(from));
-        let trunk = Channel::new((0, id.0, id.1), vec![knot(from, level_m), end], mouth, hill_slope);
+        let trunk = Channel::new((0, id.0, id.1), vec![knot(from, level_m), end], mouth, fields.laws(from));
         Some(measured(fields, trunk))
     }
 
@@ -153,7 +153,7 @@ impl TrunkCourses {
         let origin = trunk.knots[0].at;
         let segments: Vec<Segment> =
             others.iter().flat_map(|other| segments_of(&self.fields, other, 0, origin, |_| true)).collect();
-        cut_into(&self.fields, &mut trunk.knots, trunk.hill_slope, &segments.iter().collect::<Vec<_>>(), origin);
+        cut_into(&self.fields, &mut trunk.knots, trunk.laws.hill_slope, &segments.iter().collect::<Vec<_>>(), origin);
         lake::fill(&mut trunk.knots);
         Some(Arc::new(measured(&self.fields, trunk)))
     }
@@ -192,13 +192,14 @@ impl TrunkCourses {
         let (here, sink) = (nodes.drained(id), nodes.drained(to));
         if sink.to.is_none() && sink.lake {
             // All trunks that end at the sink reach the same depth.
-            let area = sink.area as f64;
-            let trough = fields.trough(0, area, sink.level_m);
-            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
             let at = nodes.node(to).at;
-            if hollow.half_width() >= 2.0 * fields.least_lake(area) && hollow.is_inland(fields, at, sink.level_m) {
-                let hill_slope = fields.hill_slope(fields.uplift(at));
-                hollow.dig_sink(trunk, hollow.depth_m(fields, hill_slope, trough));
+            let laws = fields.laws(at);
+            let trough = laws.trough(fields, 0, sink.area as f64, sink.level_m);
+            let hollow = Hollow::new(fields, self.seed, 0, to).on_floor(trough);
+            if hollow.half_width() >= 2.0 * fields.least_lake(sink.discharge_m3s)
+                && hollow.is_inland(fields, at, sink.level_m)
+            {
+                hollow.dig_sink(trunk, hollow.depth_m(fields, laws.hill_slope, trough));
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
         } else if here.lake {
@@ -259,7 +260,7 @@ impl TrunkCourses {
             offsets[step] = (offsets[step] * whole * free).clamp(-left, left);
         }
         course_offsets::draw_in(&mut offsets, MOST_SKEW * from.distance(to) / last as f64);
-        let width = meander_width(&self.fields, trunk.knots[last].area);
+        let width = meander_width(&self.fields, trunk.knots[last].discharge_m3s);
         let course = course_offsets::moved(&course, &offsets);
         let ends = trunk.next.map(|(to, _)| directions(&nodes, id, to));
         let ends = [0, 1].map(|end| ends.map(|ends| ends[end]));
@@ -283,17 +284,18 @@ impl TrunkCourses {
         let id = (trunk.id.1, trunk.id.2);
         let mut phase = chance(self.seed, id, Draw::MeanderPhase, 0);
         let mut meanders = Vec::with_capacity(knots.len());
-        for (step, knot) in knots.iter().enumerate() {
+        let laws = self.fields.all_laws(&trunk.places());
+        for (step, (knot, laws)) in knots.iter().zip(&laws).enumerate() {
             // Chance changes from meander to meander, and is interpolated within each.
             let (wave, within) = (phase.floor() as usize, phase - phase.floor());
             let luck = |draw| {
                 let of = |wave: usize| chance(hash::network_knot(self.seed, wave), id, draw, 0);
                 of(wave) + (of(wave + 1) - of(wave)) * within
             };
-            let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.area);
+            let wave = WAVE_WIDTHS * meander_width(&self.fields, knot.discharge_m3s);
             let wave = wave * (WAVE_LENGTHS.0 + WAVE_LENGTHS.1 * luck(Draw::MeanderWave));
             // Where the valley's floor is wide enough for the whole meander belt, the river turns further.
-            let floor = LEVEL * self.fields.trough(trunk.id.0, knot.area, knot.level_m);
+            let floor = LEVEL * laws.trough(&self.fields, trunk.id.0, knot.area, knot.level_m);
             let fits = (floor / Meander::swing(wave, MOST_TURN)).min(1.0);
             let most = CONFINED_TURN + (MOST_TURN - CONFINED_TURN) * fits;
             let turn = most * strength * (WAVE_TURNS.0 + WAVE_TURNS.1 * luck(Draw::MeanderTurn));

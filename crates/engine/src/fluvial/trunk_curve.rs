@@ -55,8 +55,11 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let below_m = if drained.sea_at.is_some() { fields.lowstand_level_m() } else { below.level_m };
     let fall_m = drained.level_m - below_m;
     let length_m = straight.length() * fields.metres_a_grain();
-    // The area of the node's own cell is added along the way.
+    // The area of the node's own cell, and what runs off it, are added along the way.
+    let laws = fields.laws(here.at);
     let area_above = (drained.area as f64 - 1.0).max(SPRING_AREA);
+    let own_m3s = laws.discharge_m3s(fields, 1.0);
+    let above_m3s = (drained.discharge_m3s - own_m3s).max(SPRING_AREA * own_m3s);
     let tangents = [start, end].map(|tangent| tangent * TANGENT * bend);
     let ways = even(segments, |t| hermite(straight, tangents, t));
     let knot = |step: usize| {
@@ -69,6 +72,7 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
             at: here.at.moved(ways[step]),
             level_m: drained.level_m - fall_m * fallen - drowned_m,
             area,
+            discharge_m3s: above_m3s + (drained.discharge_m3s - above_m3s) * t,
             pool_m: NO_LAKE,
         }
     };
@@ -78,9 +82,8 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
         Some(_) => Mouth::Channel((0, to.0, to.1)),
         None => Mouth::Sink(to),
     };
-    let hill_slope = fields.hill_slope(fields.uplift(here.at));
     let next = (!in_bay).then_some((to, is_main));
-    let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, hill_slope);
+    let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, laws);
     trunk.next = next;
     Some(trunk)
 }

@@ -129,8 +129,10 @@ impl Look<'_> {
 
     /// True if a node may have a lake: in a hollow of the land, or by chance.
     fn lake(&self, id: NodeId) -> bool {
-        let hollow = self.nodes.falls_to(id).is_none();
-        !self.node(id).sea && (hollow || chance(self.trunks.seed, id, Draw::Choice, 0) < self.fields.settings().lakes)
+        let (node, hollow) = (self.node(id), self.nodes.falls_to(id).is_none());
+        let luck = chance(self.trunks.seed, id, Draw::Choice, 0);
+        let has_lake = || luck < self.fields.most_laws().lakes && luck < self.fields.laws(node.at).lakes;
+        !node.sea && (hollow || has_lake())
     }
 
     /// Makes the basin of a sink: all its nodes with their areas and levels.
@@ -150,8 +152,11 @@ impl Look<'_> {
             basin.nodes.push((id, drained));
             ways.push(least);
         }
-        let runoff_m3s: Vec<f64> =
-            basin.nodes.iter().map(|(id, _)| self.fields.runoff_m3s(self.node(*id).at)).collect();
+        let runoff_m3s: Vec<f64> = basin
+            .nodes
+            .iter()
+            .map(|(id, _)| self.fields.laws(self.node(*id).at).discharge_m3s(self.fields, 1.0))
+            .collect();
         basin.add_areas(&flood, &runoff_m3s);
         let flood = self.part_confluences(sink, &mut basin, &mut ways);
         basin.add_areas(&flood, &runoff_m3s);
@@ -246,7 +251,7 @@ impl Look<'_> {
                 None => (basin.nodes[basin.place(to)].1.level_m, 1.0),
             };
             let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
-            let slope = self.fields.river_slope(self.fields.uplift(node.at), area as f64);
+            let slope = self.fields.laws(node.at).river_slope(area as f64);
             let free_m = below_m + length_m * slope;
             let drained = &mut basin.nodes[here].1;
             // The least fall is applied last, since a falling river matters more than a bed below the coast. The fall
@@ -309,7 +314,7 @@ mod tests {
         let mut settings = preset.fluvial.unwrap();
         settings.basin_m = Some(basin_m);
         (settings.coast.octaves, settings.coast.below) = (octaves, below);
-        let fields = Arc::new(Fields::new(&settings, preset.spacing_m, Some(0.0), seed));
+        let fields = Arc::new(Fields::new(&settings, None, preset.spacing_m, Some(0.0), seed));
         let mut trunks = Trunks::new(fields, false, seed);
         trunks.catchments.rounds = u32::MAX;
         trunks
@@ -449,7 +454,7 @@ mod tests {
             for id in (0..32 * 32).map(|n| (n % 32, n / 32)) {
                 let drained = look.drained(id);
                 // All cells of one land have the same runoff.
-                let expected_m3s = fields.discharge_m3s(f64::from(drained.area));
+                let expected_m3s = fields.most_laws().discharge_m3s(&fields, f64::from(drained.area));
                 let off = (drained.discharge_m3s / expected_m3s - 1.0).abs();
                 assert!(off < 1e-12, "{name}: {id:?} has {} m3/s and not {expected_m3s}", drained.discharge_m3s);
                 largest = largest.max(drained.area);

@@ -125,27 +125,29 @@ struct Spread {
     radius: f32,
     /// The gentlest and the steepest slope of the hillsides there.
     slope: [f32; 2],
+    /// The most metres by which crests are rounded off there.
+    crest_m: f32,
     /// The least and the greatest slope and height of [`Rest`] there.
     rest: Option<[[f32; 2]; 2]>,
 }
 
 /// The least and the greatest values of a group of warped places: metres east and south, the slope of the hillsides,
-/// and the slope and the height of [`Rest`].
+/// the slope and the height of [`Rest`], and the metres by which crests are rounded off.
 #[derive(Clone, Copy)]
 struct Extent {
-    least: [f32; 5],
-    most: [f32; 5],
+    least: [f32; 6],
+    most: [f32; 6],
 }
 
 impl Extent {
     /// The extent of no place.
-    const NONE: Extent = Extent { least: [f32::INFINITY; 5], most: [f32::NEG_INFINITY; 5] };
+    const NONE: Extent = Extent { least: [f32::INFINITY; 6], most: [f32::NEG_INFINITY; 6] };
 
     /// Returns the extent of the places of both.
     fn and(self, other: &Extent) -> Extent {
         Extent {
-            least: [0, 1, 2, 3, 4].map(|part| self.least[part].min(other.least[part])),
-            most: [0, 1, 2, 3, 4].map(|part| self.most[part].max(other.most[part])),
+            least: [0, 1, 2, 3, 4, 5].map(|part| self.least[part].min(other.least[part])),
+            most: [0, 1, 2, 3, 4, 5].map(|part| self.most[part].max(other.most[part])),
         }
     }
 
@@ -156,6 +158,7 @@ impl Extent {
             middle: [0, 1].map(|axis| self.least[axis] + half[axis]),
             radius: (half[0] * half[0] + half[1] * half[1]).sqrt(),
             slope: [self.least[2], self.most[2]],
+            crest_m: self.most[5],
             rest: (self.least[3] <= self.most[3]).then(|| [self.least, self.most].map(|ends| [ends[3], ends[4]])),
         }
     }
@@ -275,7 +278,7 @@ impl FillValleys<'_> {
     /// Returns the extent of a patch's warped vertices, in metres from the block's corner.
     #[inline(always)]
     fn extent<S: Simd>(&self, simd: S, corner: [i64; 2], vertices: Area, order: PatchLanes<S>) -> Extent {
-        let (mut least, mut most) = ([simd.splat(f32::INFINITY); 5], [simd.splat(f32::NEG_INFINITY); 5]);
+        let (mut least, mut most) = ([simd.splat(f32::INFINITY); 6], [simd.splat(f32::NEG_INFINITY); 6]);
         for group in 0..PATCH * PATCH / S::LANES {
             let (lanes, [east, south]) = order.group(simd, self, corner, vertices, group);
             let mut take = |part: usize, values| {
@@ -289,6 +292,7 @@ impl FillValleys<'_> {
                 take(3, lanes.load(simd, &rest.slope));
                 take(4, lanes.load(simd, &rest.height_m));
             }
+            take(5, self.hillsides.crest_m.load_rows(simd, lanes));
         }
         Extent { least: least.map(|values| -greatest(simd, -values)), most: most.map(|values| greatest(simd, values)) }
     }
@@ -356,7 +360,7 @@ impl FillValleys<'_> {
             let is_lowest = simd.lt(simd.load(&limits.low[start..]), simd.splat(lowest));
             level = simd.min(level, simd.select(is_lowest, simd.load(&limits.level[start..]), infinity));
         }
-        let crest_m = (lowest + greatest(simd, -level) + ROUNDING_M).min(self.fields.settings().crest_m as f32);
+        let crest_m = (lowest + greatest(simd, -level) + ROUNDING_M).min(spread.crest_m);
         let limit = lowest + crest_m.max(self.read_m);
         for low in &mut limits.low {
             *low -= limit;
@@ -416,10 +420,11 @@ impl FillValleys<'_> {
         segments: &Columns,
         patch: &[usize],
     ) {
-        let (zero, crest_m) = (simd.splat(0.0), simd.splat(self.fields.settings().crest_m as f32));
+        let zero = simd.splat(0.0);
         for group in 0..PATCH * PATCH / S::LANES {
             let (lanes, at) = order.group(simd, self, corner, vertices, group);
             let slope = lanes.load(simd, &self.hillsides.slope);
+            let crest_m = self.hillsides.crest_m.load_rows(simd, lanes);
             let (best, second, room, lowest) = self.lowest_sides(simd, (lanes, at), slope, segments, patch);
             // For most segments only the height of the side is needed. All else is computed for the lowest alone.
             let mut owners = [0; MAX_LANES];
@@ -472,8 +477,8 @@ pub(super) fn spacing_m(fields: &Fields, step: i64) -> f32 {
 pub(super) fn floor(fields: &Fields) -> Floor {
     Floor {
         level_m: (LEAST_HALF_WIDTH * GRAINS as f64 * fields.metres_a_grain()) as f32,
-        levees: fields.settings().levees as f32,
-        terraces: fields.settings().terraces,
+        has_levees: fields.most_laws().levees > 0.0,
+        terraces: fields.terraces(),
     }
 }
 

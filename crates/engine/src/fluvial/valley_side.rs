@@ -53,7 +53,9 @@ pub mod column {
     pub const REACH: usize = 22;
     /// Height in metres of the lake or the sea that stands over a segment.
     pub const POOL: usize = 23;
-    pub const COUNT: usize = 24;
+    /// Height of levees in half widths of their river, on a hillside of slope 1.
+    pub const LEVEES: usize = 24;
+    pub const COUNT: usize = 25;
 }
 
 /// Segments in columns, in metres from the origin of a block.
@@ -101,7 +103,8 @@ impl Columns {
         let pairs = [from, along, level, cross, trough, lean, river, flood_plain, riser];
         let changes = [change(level), floor + terraces + levees, change(cross)];
         let reach = (segment.reach(reach) * metres) as f32;
-        let values = pairs.into_iter().flatten().chain([1.0 / square]).chain(changes).chain([reach, pool]);
+        let levee = segment.levees as f32 * LEVEE as f32;
+        let values = pairs.into_iter().flatten().chain([1.0 / square]).chain(changes).chain([reach, pool, levee]);
         for (column, value) in self.values.iter_mut().zip(values) {
             column.push(value);
         }
@@ -149,8 +152,8 @@ impl Columns {
 pub struct Floor {
     /// Half width in metres of the part of a river that is level across.
     pub level_m: f32,
-    /// Height of levees, as a share of the greatest height.
-    pub levees: f32,
+    /// True if there are levees anywhere.
+    pub has_levees: bool,
     /// Number of terraces from the flood plain to the side.
     pub terraces: u32,
 }
@@ -171,6 +174,7 @@ pub struct LaneSegment<S: Simd> {
     /// Distance in metres from the segment from which on its side is steeper.
     pub far: S::F32,
     pool: S::F32,
+    levee: S::F32,
     floor: Floor,
 }
 
@@ -218,6 +222,7 @@ impl<S: Simd> LaneSegment<S> {
             riser: segments.pair::<S, ONE>(simd, column::RISER, at),
             far: segments.read::<S, ONE>(simd, column::REACH, at) * simd.splat(FAR),
             pool: segments.read::<S, ONE>(simd, column::POOL, at),
+            levee: segments.read::<S, ONE>(simd, column::LEVEES, at),
             floor,
         }
     }
@@ -272,11 +277,11 @@ impl<S: Simd> LaneSegment<S> {
                 risen = risen + simd.min(up, riser);
             }
         }
-        if self.floor.levees > 0.0 {
+        if self.floor.has_levees {
             // The levee is so low that it has room to fall again on the level floor.
             let room =
                 simd.max(level - river, zero) * simd.splat((1.0 / (1.0 / LEVEE_RISES + 1.0 / LEVEE_FALLS)) as f32);
-            let height = simd.min(river * simd.splat(self.floor.levees * LEVEE as f32), room);
+            let height = simd.min(river * self.levee, room);
             let behind = dry - height * simd.splat((1.0 / LEVEE_RISES) as f32);
             let falling = height - behind * simd.splat(LEVEE_FALLS as f32);
             risen = risen + simd.max(simd.min(dry * simd.splat(LEVEE_RISES as f32), falling), zero);

@@ -77,8 +77,17 @@ pub struct ShownRivers {
     pub spacing_m: f32,
     /// Discharge in cubic metres a second from which on a channel holds a river.
     pub least_m3s: f64,
+    /// Least area that a shown river drains, in cells of the trunk lattice.
+    pub least_area: f64,
     /// True if rivers narrower than the spacing of nodes are cut into the land too. At coarse strides they are not.
     pub cuts_narrow: bool,
+}
+
+impl ShownRivers {
+    /// Tells whether a channel has a river where its bed is like that.
+    fn has(&self, bed: &BedAt) -> bool {
+        bed.discharge_m3s >= self.least_m3s && bed.area >= self.least_area
+    }
 }
 
 /// The stage that cuts beds and fills in water.
@@ -111,6 +120,7 @@ struct WetSegment {
 
 /// The bed of a segment. Each pair is a value at the segment's upper end, and its change to the lower end.
 struct SegmentBed {
+    area: [f64; 2],
     discharge_m3s: [f64; 2],
     half_m: [f32; 2],
     deepest_m: [f32; 2],
@@ -125,6 +135,7 @@ struct SegmentBed {
 /// A bed at a place of its segment.
 #[derive(Clone, Copy)]
 struct BedAt {
+    area: f64,
     discharge_m3s: f64,
     half_m: f32,
     deepest_m: f32,
@@ -162,11 +173,11 @@ impl SegmentBed {
         let pair = |upper: f32, lower: f32| [upper, lower - upper];
         let [upper, lower] = [0.0, 1.0].map(|share| {
             let half_m = (lerp(segment.river, share) * fields.metres_a_grain()) as f32;
-            (half_m, river_depth_m(fields.discharge_m3s(lerp(segment.area, share))))
+            (half_m, river_depth_m(lerp(segment.discharge_m3s, share)))
         });
-        let discharge_m3s = fields.discharge_m3s(segment.area[0]);
         SegmentBed {
-            discharge_m3s: [discharge_m3s, fields.discharge_m3s(lerp(segment.area, 1.0)) - discharge_m3s],
+            area: segment.area,
+            discharge_m3s: segment.discharge_m3s,
             half_m: pair(upper.0, lower.0),
             deepest_m: pair(upper.1, lower.1),
             bend: segment.bend.map(|bend| bend as f32),
@@ -178,6 +189,7 @@ impl SegmentBed {
     fn at(&self, share: f64) -> BedAt {
         let lerp32 = |[start, change]: [f32; 2]| start + change * share as f32;
         BedAt {
+            area: lerp(self.area, share),
             discharge_m3s: lerp(self.discharge_m3s, share),
             half_m: lerp32(self.half_m),
             deepest_m: lerp32(self.deepest_m),
@@ -219,7 +231,7 @@ impl<'a> FillWater<'a> {
         let brook_m = [LEAST_HALF_WIDTH, MOST_HALF_WIDTH].map(|vertices| vertices as f32 * rivers.spacing_m);
         let beds: Vec<SegmentBed> =
             segments.all.iter().map(|segment| SegmentBed::new(fields, segment, brook_m[1])).collect();
-        let is_wet = |bed: &SegmentBed| lerp(bed.discharge_m3s, 1.0) >= rivers.least_m3s;
+        let is_wet = |bed: &SegmentBed| rivers.has(&bed.at(1.0));
         // One grain more allows for rounding: the reach only selects segments for an exact test.
         let reach = |bed: &SegmentBed| {
             let half_m = bed.half_m[0].max(bed.half_m[0] + bed.half_m[1]);
@@ -343,7 +355,7 @@ impl<'a> FillWater<'a> {
     fn river_depth_m(&self, place: NearestChannel, least_half_m: f32) -> f32 {
         let NearestChannel { segment, share, distance_m, side } = place;
         let bed = self.beds[segment].at(share);
-        let is_river = distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.rivers.least_m3s;
+        let is_river = distance_m <= bed.half_m.max(least_half_m) && self.rivers.has(&bed);
         if is_river { bed.depth_m(distance_m, side * bed.bend, least_half_m) } else { 0.0 }
     }
 
@@ -355,7 +367,7 @@ impl<'a> FillWater<'a> {
         let depth_m = ((below_m / (1.0 + below_m / deepest_m)) as f32).max(river_depth_m);
         // Below the sea's level there would be sea.
         let depth_m = depth_m.min(surface_m - self.sea_m - LEAST_LAKE_M).max(LEAST_LAKE_M);
-        let discharge_m3s = self.fields.discharge_m3s(lerp(own.area, self.valleys.share[index] as f64));
+        let discharge_m3s = lerp(own.discharge_m3s, self.valleys.share[index] as f64);
         VertexWater {
             height_m: surface_m - depth_m,
             kind: WaterKind::Lake,
@@ -386,7 +398,7 @@ impl<'a> FillWater<'a> {
             // bed dug there would end in a pit.
             ground_m.min(surface_m - depth_m + risen_m / (1.0 + risen_m / (BED_RISE * deepest_m)))
         };
-        let wet = discharge_m3s >= self.rivers.least_m3s;
+        let wet = self.rivers.has(&bed);
         let is_river = in_bed && wet;
         if ground_m < self.sea_m || (is_river && level_m < self.sea_m as f64) {
             // Water in a bed cut into the sea's floor belongs to the sea. The river keeps its way open through whatever
@@ -443,7 +455,7 @@ impl<'a> FillWater<'a> {
             let off = (vertex - segment.from) + displaced;
             let (share, square) = segment.nearest_off(off);
             let (distance_m, bed) = ((square.sqrt() * metres) as f32, self.beds[number].at(share));
-            if distance_m <= bed.half_m.max(least_half_m) && bed.discharge_m3s >= self.rivers.least_m3s {
+            if distance_m <= bed.half_m.max(least_half_m) && self.rivers.has(&bed) {
                 let side = segment.along.perp_dot(off).signum() as f32;
                 let depth_m = bed.depth_m(distance_m, side * bed.bend, least_half_m);
                 let floor_m = lerp(segment.level_m, share) as f32 - depth_m;

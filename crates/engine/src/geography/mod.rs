@@ -29,6 +29,9 @@ const LAND_STEP: f64 = 1.0 / 200.0;
 /// Bytes for the land at large: a square of 8,000 km on Earth.
 const LAND_BYTES: usize = 24 << 20;
 
+/// Uplift of the flattest plains.
+pub const LEAST_UPLIFT: f64 = 0.012;
+
 /// Wavelengths, as shares of a plate's side: of the bends of the borders between plates, of swings of the ranges within
 /// a belt, of the strength of ranges, of hills away from belts, and of islands in an arc.
 const BORDER_WAVE: f64 = 0.9;
@@ -171,7 +174,7 @@ impl Geography {
             let young = (belt * (0.35 + 0.65 * crest) + 0.6 * islands) * (0.85 + 0.6 * ranges);
             let hilly = smooth((1.6 * hills + 0.05).clamp(0.0, 1.0));
             let worn = 0.28 * old * old * (0.6 + 0.8 * ranges);
-            let uplift = (0.012 + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
+            let uplift = (LEAST_UPLIFT + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
             let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
             [continent, uplift, youth, crust.rift].map(|value| value as f32)
         };

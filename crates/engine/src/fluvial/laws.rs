@@ -1,0 +1,189 @@
+//! The laws of the land at one place: values from which slopes follow. They differ from place to place, over kilometres
+//! and more.
+
+use std::sync::Arc;
+
+use super::fields::{Fields, SECONDS_A_YEAR, WIDEST_TROUGH, most_area};
+use super::settings::FluvialSettings;
+use crate::geography::{Geography, LEAST_UPLIFT, LandAtLarge};
+use crate::geometry::smooth;
+use crate::grain_point::Point;
+use crate::noise::point_noise::{PointField, PointNoise};
+
+/// The laws of the land at one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laws {
+    /// Slope of hillsides.
+    pub hill_slope: f64,
+    /// Slope of a river that drains one cell of the trunk lattice, if nothing keeps it gentler.
+    pub bed_slope: f64,
+    /// Slope that no river exceeds, as a share of the slope of hillsides.
+    pub channel_slope: f64,
+    /// Half width of valley floors, as a share of the side of the area that drains there.
+    pub valley: f64,
+    /// Height in metres above which glaciers have shaped the valleys of tributaries; infinite where there were none.
+    pub ice_m: f64,
+    /// Height of a terrace in depths of its river; 0 where floors have no terraces.
+    pub terrace_depths: f64,
+    /// Height of levees, as a share of what the hillside rises over an eighth of the river's width.
+    pub levees: f64,
+    /// Share of the stretches of wide floors on which a glacier has left moraines.
+    pub moraines: f64,
+    /// Height in metres down to which glaciers come in the heads of valleys, about; infinite where there are none.
+    pub glacier_m: f64,
+    /// Metres of height by which crests are rounded off.
+    pub crest_m: f64,
+    /// Depth of gullies, as a share of what slope and spacing allow.
+    pub gullies: f64,
+    /// Depth of rills, on the same scale.
+    pub rills: f64,
+    /// Roughness of hillsides, 0 to 1.
+    pub roughness: f64,
+    /// Rain that runs off, in metres a year.
+    pub runoff_m: f64,
+    /// Share of the channels with water that have a lake on their way where there is room for one.
+    pub lakes: f64,
+    /// Share of the bends of trunks that have an old arm beside them where there is room for one.
+    pub old_arms: f64,
+    /// Share of the reaches of trunks that are braided where there is room for it.
+    pub braids: f64,
+}
+
+/// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
+const ICE_RISE_M: f64 = 300.0;
+
+/// Height of a terrace in depths of its river. Chosen by eye.
+const TERRACE_DEPTHS: f64 = 2.0;
+
+/// Largest discharge of a spring as a share of that at its channel's mouth. With more, the channel's water would be a
+/// stub beside the larger river. Chosen by eye; the stub would have the last quarter of the channel.
+const MOST_SPRING: f64 = 0.8;
+
+/// The source of the laws of each place.
+#[derive(Debug)]
+pub enum LawSource {
+    /// Noise that says how fast the land rises. All else is the same everywhere.
+    Uplift(PointNoise),
+    /// The geography of a whole world.
+    Geography(Arc<Geography>),
+}
+
+impl Laws {
+    /// Returns the least and the greatest value of each law over all places of a land with these settings, whose
+    /// heights count from a datum in metres. `has_geography` is true for a whole world.
+    pub fn bounds(settings: &FluvialSettings, datum_m: f64, has_geography: bool) -> [Laws; 2] {
+        let [low, high] = settings.hill_slope;
+        let everywhere = Laws {
+            hill_slope: 0.0,
+            bed_slope: 0.0,
+            channel_slope: settings.channel_slope,
+            valley: settings.valley,
+            ice_m: settings.ice_m.map_or(f64::INFINITY, |ice_m| ice_m + datum_m),
+            terrace_depths: if settings.terraces > 0 { TERRACE_DEPTHS } else { 0.0 },
+            levees: settings.levees,
+            moraines: settings.moraines,
+            glacier_m: settings.glacier_m.map_or(f64::INFINITY, |glacier_m| glacier_m + datum_m),
+            crest_m: settings.crest_m,
+            gullies: settings.gullies,
+            rills: settings.rills.unwrap_or(settings.gullies),
+            roughness: settings.roughness,
+            runoff_m: settings.runoff_m,
+            lakes: settings.lakes,
+            old_arms: settings.old_arms,
+            braids: settings.braids,
+        };
+        let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
+        let least = if has_geography { LEAST_UPLIFT } else { settings.uplift.least };
+        [bound(low.min(high), least), bound(low.max(high), 1.0)]
+    }
+
+    /// Returns the slope of a river, by the area that it drains, in cells of the trunk lattice.
+    pub fn river_slope(&self, area: f64) -> f64 {
+        let slope = self.bed_slope / area.sqrt();
+        // Stay below a fixed share of the hill slope; otherwise hillsides could not rise from the channel.
+        slope / (1.0 + slope / self.steepest_river())
+    }
+
+    /// Returns the slope that no river exceeds.
+    pub fn steepest_river(&self) -> f64 {
+        self.channel_slope * self.hill_slope
+    }
+
+    /// Returns the share, from 0 to 1, to which glaciers have shaped a valley whose bed lies at this height.
+    pub fn iced(&self, level_m: f64) -> f64 {
+        smooth((level_m - self.ice_m) / ICE_RISE_M)
+    }
+
+    /// Returns the half width in grains of the floor of a level's valley, by the area that drains there and the height
+    /// of its bed.
+    pub fn trough(&self, fields: &Fields, level: u32, area: f64, level_m: f64) -> f64 {
+        self.water_trough(fields, area) + fields.most_iced(level) * self.iced(level_m)
+    }
+
+    /// Returns the half width in grains that no floor of a level exceeds whose valley is a tributary's.
+    pub fn widest_trough(&self, fields: &Fields, level: u32) -> f64 {
+        let iced = if self.ice_m < f64::INFINITY { fields.most_iced(level) } else { 0.0 };
+        self.water_trough(fields, most_area(level)) + iced
+    }
+
+    /// Returns the half width in grains of a valley's floor that water alone has made, by the area that drains there.
+    fn water_trough(&self, fields: &Fields, area: f64) -> f64 {
+        // Like the river's width, the floor's grows with the root of the area, but less and less for large rivers.
+        let share = self.valley * area.sqrt() / WIDEST_TROUGH;
+        fields.widest_water_trough() * share / (1.0 + share * share).sqrt()
+    }
+
+    /// Returns the discharge in cubic metres a second that runs off an area, in cells of the trunk lattice.
+    pub fn discharge_m3s(&self, fields: &Fields, area: f64) -> f64 {
+        let side_m = fields.side(0) as f64 * fields.metres_a_grain();
+        area * side_m * side_m * self.runoff_m / SECONDS_A_YEAR
+    }
+
+    /// Tells whether a tributary of a level holds water, if these are the laws at its head. One that would hold water
+    /// on its very last stretch alone holds none.
+    pub fn is_wet(&self, fields: &Fields, level: u32) -> bool {
+        MOST_SPRING * self.discharge_m3s(fields, most_area(level)) >= fields.spring_m3s()
+    }
+
+    /// Returns the discharge in cubic metres a second at the mouth of a tributary of a level, if these are the laws at
+    /// its head: less than that of a spring if the tributary holds no water.
+    pub fn mouth_m3s(&self, fields: &Fields, level: u32) -> f64 {
+        let mouth_m3s = self.discharge_m3s(fields, most_area(level));
+        if self.is_wet(fields, level) { mouth_m3s } else { mouth_m3s.min(fields.spring_m3s().next_down()) }
+    }
+}
+
+impl Fields {
+    /// Returns the laws at a point.
+    pub fn laws(&self, at: Point) -> Laws {
+        self.all_laws(&[at])[0]
+    }
+
+    /// Returns the [laws](Fields::laws) at any number of points, for callers that know all points beforehand.
+    pub fn all_laws(&self, points: &[Point]) -> Vec<Laws> {
+        match &self.law_source {
+            LawSource::Uplift(noise) => noise.at_all(points).into_iter().map(|noise| self.laws_by(noise)).collect(),
+            LawSource::Geography(geography) => {
+                geography.land_at_large(points).iter().map(|land| self.laws_of(land)).collect()
+            }
+        }
+    }
+
+    /// Returns the laws where the uplift's noise has this value: the land rises at a rate from `uplift.least` to 1.
+    fn laws_by(&self, noise: f64) -> Laws {
+        let FluvialSettings { uplift, hill_slope: [low, high], trunk_slope, .. } = self.settings();
+        let t = ((noise - uplift.mask.from) / (uplift.mask.to - uplift.mask.from)).clamp(0.0, 1.0);
+        let uplift = uplift.least + (1.0 - uplift.least) * t * t * (3.0 - 2.0 * t);
+        Laws { hill_slope: low + (high - low) * uplift, bed_slope: trunk_slope * uplift, ..*self.most_laws() }
+    }
+
+    /// Returns the laws of a place of a whole world.
+    fn laws_of(&self, land: &LandAtLarge) -> Laws {
+        let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
+        let uplift = land.uplift;
+        // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
+        // slopes.
+        let steepness = (uplift + uplift.sqrt()) / 2.0;
+        Laws { hill_slope: low + (high - low) * steepness, bed_slope: trunk_slope * uplift, ..*self.most_laws() }
+    }
+}
