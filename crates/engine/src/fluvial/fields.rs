@@ -12,7 +12,7 @@ use super::laws::{LawSource, Laws};
 use super::potential::{Potential, PotentialAtLarge};
 use super::settings::{CoastSettings, FluvialSettings};
 use crate::geography::Geography;
-use crate::geometry::{bilinear, length};
+use crate::geometry::{bilinear, length, smooth};
 use crate::grain_point::{AROUND, GRAINS, Point};
 use crate::hash::{self, Stream};
 use crate::lines::ChannelId;
@@ -83,6 +83,14 @@ pub const FEW_SHORE_HALVINGS: u32 = 3;
 /// `continent` of a place grows by 1, on the mean, as a share of the distance between continents.
 const BENT_COAST: f64 = 0.08;
 const CONTINENT_SLOPE: f64 = 0.077;
+
+/// Width of the shelf around a continent, and of the slope beyond it, in metres; and the metres by which the floor of an
+/// ocean lies below the shelf.
+///
+/// Based on: P. T. Harris et al., Geomorphology of the oceans, 2014 (shelves are 70 km wide on the mean).
+const SHELF_M: f32 = 70e3;
+const CONTINENTAL_SLOPE_M: f32 = 200e3;
+const DEEPEST_OCEAN_M: f32 = 4200.0;
 
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
@@ -550,8 +558,23 @@ impl Fields {
         } else {
             // The depth approaches the greatest depth asymptotically.
             let depth_m = -inland_m * shelf;
-            lowstand_m - depth_m / (1.0 + depth_m / deepest_m)
+            lowstand_m - depth_m / (1.0 + depth_m / deepest_m) - self.below_shelf_m(inland_m)
         }
+    }
+
+    /// Returns the metres by which an ocean is deeper than its shelf where the lowstand's shore is so many metres away;
+    /// a sea of a land without a geography is a shelf everywhere.
+    fn below_shelf_m(&self, inland_m: f32) -> f32 {
+        match self.geography() {
+            Some(_) => DEEPEST_OCEAN_M * smooth(f64::from((-inland_m - SHELF_M) / CONTINENTAL_SLOPE_M)) as f32,
+            None => 0.0,
+        }
+    }
+
+    /// Returns the height in metres of the lowest floor of the sea.
+    pub fn lowest_sea_m(&self) -> f64 {
+        let ocean_m = self.geography().map_or(0.0, |_| f64::from(DEEPEST_OCEAN_M));
+        self.lowstand_level_m() - self.settings.coast.depth_m - ocean_m
     }
 
     /// Returns the metres inland at which the edge of the land comes out of today's sea.

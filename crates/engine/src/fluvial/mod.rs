@@ -249,7 +249,7 @@ impl Fluvial {
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
         let sink_m = self.fields.sink_level_m(false);
-        let floor_m = self.fields.lowstand_level_m() - settings.coast.depth_m;
+        let floor_m = self.fields.lowest_sea_m();
         // The lift keeps the order of heights but lowers some, so the bound is the lifted lowest height.
         let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });
         // Skerries are added after the ceiling has pressed the land together, so they need their own bound.
