@@ -256,6 +256,8 @@ register! {
     Glacier = 5 << 32, 1;
     /// A barrier: its presence, width and height.
     Barrier = 6 << 32, 3;
+    /// Chance in the height of a trunk's node, which makes rivers wander.
+    Wander = 7 << 32, 1;
 }
 
 register! {

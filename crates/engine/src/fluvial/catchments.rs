@@ -19,6 +19,9 @@ use super::fields::Fields;
 use super::trunk_nodes::{Height, NodeId, NodeLook, neighbours};
 use crate::memory::{Memory, Remembers, heap_bytes};
 
+/// Number of rounds of worlds without continents. Two leave a few lakes without outlet, as there are on Earth.
+const FEW_ROUNDS: u32 = 2;
+
 /// Largest number of nodes of a catchment that still spills. The bound makes sure that every search ends; with nodes
 /// 15 km apart it is twice the basin of the Amazon.
 const MOST_NODES: usize = 1 << 16;
@@ -52,10 +55,12 @@ heap_bytes!(Catchment: passes, rim);
 #[derive(Debug)]
 pub struct Catchments {
     /// Number of rounds after which nothing spills.
-    pub(super) rounds: u32,
+    rounds: u32,
     fields: Arc<Fields>,
     /// The catchments of sinks after some rounds.
     all: Memory<(u32, NodeId), Catchment>,
+    /// The sinks after all rounds, by those before the first.
+    sinks: Memory<NodeId, NodeId>,
 }
 
 impl Pass {
@@ -81,25 +86,30 @@ fn rim(mut passes: Vec<(Pass, NodeId)>) -> Vec<(Pass, NodeId)> {
 }
 
 impl Catchments {
-    /// Makes the catchments of a world with these fields.
-    pub fn new(fields: Arc<Fields>) -> Catchments {
-        Catchments { rounds: fields.spill_rounds(), fields, all: Memory::new(6 << 20) }
+    /// Makes the catchments of a world with these fields. With `is_continental`, they spill until none is closed that
+    /// could spill.
+    pub fn new(fields: Arc<Fields>, is_continental: bool) -> Catchments {
+        let rounds = if is_continental { u32::MAX } else { FEW_ROUNDS };
+        Catchments { rounds, fields, all: Memory::new(6 << 20), sinks: Memory::new(1 << 20) }
     }
 
-    /// Returns the cache of catchments.
+    /// Returns the caches of the catchments.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![&self.all]
+        vec![&self.all, &self.sinks]
     }
 
     /// Returns the sink to which a node drains after all rounds.
     pub fn sink(&self, nodes: &NodeLook, id: NodeId) -> NodeId {
-        let mut sink = nodes.foot(id);
-        let mut round = 0;
-        while !self.is_settled(nodes, round, sink) {
-            sink = self.sink_after(nodes, round, sink);
-            round += 1;
-        }
-        sink
+        let first = nodes.foot(id);
+        let find = || {
+            let (mut sink, mut round) = (first, 0);
+            while !self.is_settled(nodes, round, sink) {
+                sink = self.sink_after(nodes, round, sink);
+                round += 1;
+            }
+            sink
+        };
+        *self.sinks.get(first, find)
     }
 
     /// Returns the nodes that drain to a sink after all rounds, each after the node to which it drains, and with this

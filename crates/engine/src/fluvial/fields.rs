@@ -287,10 +287,10 @@ impl Fields {
         if self.sea.is_some() { self.settings.coast.below } else { f64::NEG_INFINITY }
     }
 
-    /// Returns the number of rounds in which closed basins spill over into their neighbours. Two leave a few lakes
-    /// without outlet, as there are on Earth; in a whole world it depends on the climate which basins are closed.
-    pub fn spill_rounds(&self) -> u32 {
-        if self.geography().is_some() { u32::MAX } else { 2 }
+    /// Tells whether there are continents, whose potential has hollows of all sizes. Closed basins then spill until none
+    /// is left that could, and trunks wander from node to node.
+    pub fn has_continents(&self) -> bool {
+        self.geography().is_some()
     }
 
     /// Tells whether it is so dry at a point that the water of a closed basin does not rise to its rim.

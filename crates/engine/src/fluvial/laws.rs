@@ -23,7 +23,10 @@ pub struct Laws {
     pub valley: f64,
     /// Height in metres above which glaciers have shaped the valleys of tributaries; infinite where there were none.
     pub ice_m: f64,
-    /// Height of a terrace in depths of its river; 0 where floors have no terraces.
+    /// Share of the root of the uplift in the slopes of rivers in a whole world.
+const PLAINS_RISE: f64 = 0.15;
+
+/// Height of a terrace in depths of its river; 0 where floors have no terraces.
     pub terrace_depths: f64,
     /// Height of levees, as a share of what the hillside rises over an eighth of the river's width.
     pub levees: f64,
@@ -182,8 +185,8 @@ impl Fields {
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
         let uplift = land.uplift;
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
-        // slopes.
-        let steepness = (uplift + uplift.sqrt()) / 2.0;
-        Laws { hill_slope: low + (high - low) * steepness, bed_slope: trunk_slope * uplift, ..*self.most_laws() }
+        // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
+        let [steepness, rise] = [0.5, PLAINS_RISE].map(|share| uplift + (uplift.sqrt() - uplift) * share);
+        Laws { hill_slope: low + (high - low) * steepness, bed_slope: trunk_slope * rise, ..*self.most_laws() }
     }
 }

@@ -1,8 +1,8 @@
 //! The nodes of the trunk lattice, and the ways on which water falls between them.
 //!
 //! A node lies anywhere near the middle of its cell. Water falls from it to the lowest of its eight neighbours by a
-//! potential. A node without a lower neighbour is a sink: in the sea where its potential is below the sea's, otherwise
-//! in a hollow of the land.
+//! potential; in worlds with continents, chance decides between neighbours that are about as low. A node without a
+//! lower neighbour is a sink: in the sea where its potential is below the sea's, otherwise in a hollow of the land.
 //!
 //! Nodes are made and cached in patches. Code that asks about many nodes uses a [`NodeLook`], which keeps the patches
 //! that it read last.
@@ -33,13 +33,24 @@ const AT_HAND: i64 = 8;
 /// quarter, no edges between neighbours can cross, except the two diagonals of a square of nodes.
 const JITTER: f64 = 0.24;
 
+/// Greatest share of chance in the heights of nodes of continents, in mean differences of the potential from a node to
+/// its neighbours. Without chance, rivers of smooth slopes run side by side, and the main rivers of larger basins are
+/// too short: their lengths grow with the 0.50th to 0.55th power of the area. With so much it is the 0.57th to 0.61st,
+/// as on Earth (J. T. Hack, Studies of longitudinal stream profiles in Virginia and Maryland, 1957).
+const WANDER: f64 = 0.7;
+
+/// Nodes a side of a patch with a node more on each side.
+const WIDE: i64 = PATCH + 2;
+
 /// A node before any water flows.
 #[derive(Clone, Copy, Debug)]
 pub struct TrunkNode {
     /// The place of the node.
     pub at: Point,
-    /// Potential of the node: water flows from high to low.
+    /// Potential at the node.
     pub potential: f64,
+    /// Potential by which water flows from node to node, from high to low.
+    pub height: f64,
     /// True if the node was in the sea at the lowstand.
     pub sea: bool,
 }
@@ -54,6 +65,8 @@ type NodePatch = (i64, i64);
 pub struct TrunkNodes {
     seed: u64,
     fields: Arc<Fields>,
+    /// True if rivers wander, as [`WANDER`] says.
+    is_continental: bool,
     nodes: Memory<NodePatch, Vec<TrunkNode>>,
     /// For the nodes of a patch, the index in `AROUND` of the neighbour to which water falls; its length for a sink.
     falls: Memory<NodePatch, Vec<u8>>,
@@ -107,9 +120,9 @@ pub fn neighbours(id: NodeId) -> impl Iterator<Item = NodeId> {
 }
 
 impl TrunkNodes {
-    /// Makes the nodes of a world with these fields.
-    pub fn new(fields: Arc<Fields>, seed: u64) -> TrunkNodes {
-        TrunkNodes { seed, fields, nodes: Memory::new(6 << 20), falls: Memory::new(2 << 20) }
+    /// Makes the nodes of a world with these fields. With `is_continental`, rivers wander.
+    pub fn new(fields: Arc<Fields>, is_continental: bool, seed: u64) -> TrunkNodes {
+        TrunkNodes { seed, fields, is_continental, nodes: Memory::new(6 << 20), falls: Memory::new(2 << 20) }
     }
 
     /// Returns the caches of the nodes.
@@ -129,9 +142,30 @@ impl TrunkNodes {
             let corner = Point { x: id.0 * side, y: id.1 * side };
             corner.moved(DVec2::new(offset(0), offset(1)) * side as f64)
         };
-        let places: Vec<Point> = nodes_of(patch).map(place).collect();
-        let node = |(at, potential)| TrunkNode { at, potential, sea: potential < self.fields.sea_potential() };
-        places.iter().copied().zip(self.fields.potentials(&places)).map(node).collect()
+        let sea_potential = self.fields.sea_potential();
+        let smooth = |(at, potential)| TrunkNode { at, potential, height: potential, sea: potential < sea_potential };
+        let all = |ids: &[NodeId]| -> Vec<TrunkNode> {
+            let places: Vec<Point> = ids.iter().map(|id| place(*id)).collect();
+            places.iter().copied().zip(self.fields.potentials(&places)).map(smooth).collect()
+        };
+        if !self.is_continental {
+            return all(&nodes_of(patch).collect::<Vec<_>>());
+        }
+        let wide = (0..WIDE * WIDE).map(|n| (patch.0 * PATCH - 1 + n % WIDE, patch.1 * PATCH - 1 + n / WIDE));
+        let wide = all(&wide.collect::<Vec<_>>());
+        let wandering = |(n, id)| {
+            let index = (n / PATCH + 1) * WIDE + n % PATCH + 1;
+            let node = wide[index as usize];
+            if node.sea {
+                return node;
+            }
+            let differences = AROUND.map(|(dx, dy)| wide[(index + dy * WIDE + dx) as usize].potential - node.potential);
+            let mean = differences.iter().map(|difference| difference.abs()).sum::<f64>() / AROUND.len() as f64;
+            let off = WANDER * mean * (2.0 * chance(self.seed, id, Draw::Wander, 0) - 1.0);
+            // Land beside the sea drains into it.
+            TrunkNode { height: (node.potential + off).max(sea_potential), ..node }
+        };
+        (0..).zip(nodes_of(patch)).map(wandering).collect()
     }
 }
 
@@ -143,7 +177,7 @@ impl NodeLook<'_> {
 
     /// Returns the height of a node.
     pub fn height(&self, id: NodeId) -> Height {
-        (self.node(id).potential, id)
+        (self.node(id).height, id)
     }
 
     /// Returns the neighbour to which water falls from a node; `None` for a sink.
