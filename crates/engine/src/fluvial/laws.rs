@@ -23,10 +23,7 @@ pub struct Laws {
     pub valley: f64,
     /// Height in metres above which glaciers have shaped the valleys of tributaries; infinite where there were none.
     pub ice_m: f64,
-    /// Share of the root of the uplift in the slopes of rivers in a whole world.
-const PLAINS_RISE: f64 = 0.15;
-
-/// Height of a terrace in depths of its river; 0 where floors have no terraces.
+    /// Height of a terrace in depths of its river; 0 where floors have no terraces.
     pub terrace_depths: f64,
     /// Height of levees, as a share of what the hillside rises over an eighth of the river's width.
     pub levees: f64,
@@ -51,6 +48,9 @@ const PLAINS_RISE: f64 = 0.15;
     /// Share of the reaches of trunks that are braided where there is room for it.
     pub braids: f64,
 }
+
+/// Share of the root of the uplift in the slopes of rivers in a whole world.
+const PLAINS_RISE: f64 = 0.15;
 
 /// Metres above the lowest glaciers from which on valleys have wholly the shape that ice gives them. Chosen by eye.
 const ICE_RISE_M: f64 = 300.0;
@@ -96,7 +96,7 @@ impl Laws {
             braids: settings.braids,
         };
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
-        let least = if has_geography { LEAST_UPLIFT } else { settings.uplift.least };
+        let least = if has_geography { mixed_root(LEAST_UPLIFT, PLAINS_RISE) } else { settings.uplift.least };
         [bound(low.min(high), least), bound(low.max(high), 1.0)]
     }
 
@@ -156,6 +156,11 @@ impl Laws {
     }
 }
 
+/// Returns a number, of which a share is replaced by its root.
+fn mixed_root(number: f64, share: f64) -> f64 {
+    number + (number.sqrt() - number) * share
+}
+
 impl Fields {
     /// Returns the laws at a point.
     pub fn laws(&self, at: Point) -> Laws {
@@ -183,10 +188,10 @@ impl Fields {
     /// Returns the laws of a place of a whole world.
     fn laws_of(&self, land: &LandAtLarge) -> Laws {
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
-        let uplift = land.uplift;
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
         // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
-        let [steepness, rise] = [0.5, PLAINS_RISE].map(|share| uplift + (uplift.sqrt() - uplift) * share);
-        Laws { hill_slope: low + (high - low) * steepness, bed_slope: trunk_slope * rise, ..*self.most_laws() }
+        let steepness = mixed_root(land.uplift, 0.5);
+        let bed_slope = trunk_slope * mixed_root(land.uplift, PLAINS_RISE);
+        Laws { hill_slope: low + (high - low) * steepness, bed_slope, ..*self.most_laws() }
     }
 }
