@@ -181,3 +181,84 @@ impl Geography {
         (0..places.len()).map(node).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const METRES_A_GRAIN: f64 = 10.0 / 256.0;
+
+    fn geography(seed: u64) -> Geography {
+        Geography::new(&GeographySettings::default(), METRES_A_GRAIN, seed)
+    }
+
+    /// The place some kilometres east and south of another.
+    fn beside(at: Point, [east, south]: [f64; 2]) -> Point {
+        at.moved([east * 1000.0 / METRES_A_GRAIN, south * 1000.0 / METRES_A_GRAIN].into())
+    }
+
+    /// Places on a square of this side in kilometres.
+    fn square(km: f64, side: usize) -> Vec<Point> {
+        let at = |n: usize| (n as f64 / side as f64 - 0.5) * km;
+        (0..side * side).map(|n| beside(Point::default(), [at(n % side), at(n / side)])).collect()
+    }
+
+    #[test]
+    fn a_share_of_the_world_is_land() {
+        let share = |seed: u64, land: f64| {
+            let settings = GeographySettings { land, ..GeographySettings::default() };
+            let all = Geography::new(&settings, METRES_A_GRAIN, seed).land_at_large(&square(20_000.0, 100));
+            all.iter().filter(|land| land.continent > 0.0).count() as f64 / all.len() as f64
+        };
+        for seed in 1..=3 {
+            for land in [0.1, 0.29, 0.8] {
+                let found = share(seed, land);
+                assert!((found - land).abs() < 0.03, "seed {seed}: {found} of the world is land, not {land}");
+            }
+        }
+    }
+
+    #[test]
+    fn land_has_plains_hills_and_ranges() {
+        let land = geography(5).land_at_large(&square(20_000.0, 200));
+        let land: Vec<&LandAtLarge> = land.iter().filter(|land| land.continent > 0.0).collect();
+        let share =
+            |is: fn(&LandAtLarge) -> bool| land.iter().filter(|land| is(land)).count() as f64 / land.len() as f64;
+        let shares =
+            [share(|land| land.uplift < 0.05), share(|land| land.uplift > 0.3), share(|land| land.uplift > 0.6)];
+        let [plains, mountains, high] = shares;
+        assert!((0.25..0.75).contains(&plains) && (0.05..0.3).contains(&mountains), "{shares:?}");
+        assert!((0.01..0.15).contains(&high), "{shares:?}");
+        assert!(land.iter().all(|land| (LEAST_UPLIFT * 0.99..=1.0).contains(&land.uplift)));
+    }
+
+    /// No field has a step: not where another plate becomes the nearest, nor at the edge of a patch of nodes.
+    #[test]
+    fn nothing_jumps_from_place_to_place() {
+        let geography = geography(2);
+        for start in square(9000.0, 6) {
+            let way: Vec<Point> =
+                (0..2000).map(|step| beside(start, [step as f64 * 0.25, step as f64 * 0.1])).collect();
+            let land = geography.land_at_large(&way);
+            for pair in land.windows(2) {
+                let [a, b] = [pair[0], pair[1]];
+                let jumps = [a.continent - b.continent, a.uplift - b.uplift, a.youth - b.youth, a.rift - b.rift];
+                assert!(jumps.iter().all(|jump| jump.abs() < 0.02), "{a:?} and {b:?} are 270 m apart");
+            }
+        }
+    }
+
+    #[test]
+    fn a_place_is_the_same_alone_and_among_others() {
+        let far = Point { x: 1 << 52, y: -(1 << 51) };
+        let places: Vec<Point> = [Point::default(), far]
+            .into_iter()
+            .flat_map(|from| (0..40).map(move |n| beside(from, [n as f64 * 37.0, n as f64 * -11.0])))
+            .collect();
+        let together = geography(9).land_at_large(&places);
+        let other = geography(9);
+        for (place, expected) in places.iter().zip(together).rev() {
+            assert_eq!(other.land_at_large(&[*place]), [expected], "{place:?}");
+        }
+    }
+}
