@@ -11,6 +11,8 @@ pub mod settings;
 mod turned_noise;
 mod plates;
 mod spline;
+pub mod biome;
+pub mod climate;
 
 use plates::{Crust, Plates};
 use settings::GeographySettings;
