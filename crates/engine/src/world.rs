@@ -184,6 +184,11 @@ impl World {
         self.stride
     }
 
+    /// Returns the geography of a whole world; none in a world whose preset holds everywhere.
+    pub fn geography(&self) -> Option<&Geography> {
+        self.relief.fluvial()?.fields().geography()
+    }
+
     /// Returns the metres between neighbouring nodes: the preset's spacing, times the stride.
     pub fn spacing_m(&self) -> f64 {
         self.preset.spacing_m * self.stride.vertices() as f64

@@ -92,6 +92,10 @@ const SHELF_M: f32 = 70e3;
 const CONTINENTAL_SLOPE_M: f32 = 200e3;
 const DEEPEST_OCEAN_M: f32 = 4200.0;
 
+/// Runoff in metres a year below which a basin in a whole world has no outlet: with it a fifth of the land drains to no
+/// sea, as on Earth.
+const CLOSED_RUNOFF_M: f64 = 0.03;
+
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
@@ -294,8 +298,8 @@ impl Fields {
     }
 
     /// Tells whether it is so dry at a point that the water of a closed basin does not rise to its rim.
-    pub fn keeps_water(&self, _at: Point) -> bool {
-        false
+    pub fn keeps_water(&self, at: Point) -> bool {
+        self.geography().is_some() && self.laws(at).runoff_m < CLOSED_RUNOFF_M
     }
 
     /// Tells whether there is a sea.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::fields::{Fields, SECONDS_A_YEAR, WIDEST_TROUGH, most_area};
 use super::settings::FluvialSettings;
-use crate::geography::{Geography, LEAST_UPLIFT, LandAtLarge};
+use crate::geography::{Geography, LEAST_UPLIFT, Setting};
 use crate::geometry::smooth;
 use crate::grain_point::Point;
 use crate::noise::point_noise::{PointField, PointNoise};
@@ -48,6 +48,30 @@ pub struct Laws {
     /// Share of the reaches of trunks that are braided where there is room for it.
     pub braids: f64,
 }
+
+/// Ranges of the laws of a whole world: the half width of floors, in mountains and on plains; gullies, where it is wet
+/// and where it is dry; lakes, elsewhere and where ice sheets lay; the greatest share of old arms and of braids; and the
+/// share of moraines. They are those of the presets of one land of each kind.
+const WORLD_VALLEY: [f64; 2] = [0.018, 0.055];
+const WORLD_GULLIES: [f64; 2] = [0.06, 0.5];
+const WORLD_LAKES: [f64; 2] = [0.03, 0.5];
+const WORLD_OLD_ARMS: f64 = 0.5;
+const WORLD_BRAIDS: f64 = 0.2;
+const WORLD_MORAINES: f64 = 0.8;
+
+/// Uplift from which on land counts as hilly, and runoff in metres a year from which on it counts as wet.
+const HILLY: f64 = 0.12;
+const WET_RUNOFF_M: f64 = 0.25;
+
+/// Least and greatest runoff of a place in metres a year.
+const LEAST_RUNOFF_M: f64 = 0.0005;
+const MOST_RUNOFF_M: f64 = 6.0;
+
+/// Lowest line of ice in metres above the sea that is told from lower ones, which cover all land.
+const LEAST_ICE_M: f64 = -5000.0;
+
+/// Metres of height in which the land passes from that without to that with an ice sheet, in the ice age.
+const ICE_SHEET_M: f64 = 800.0;
 
 /// Share of the root of the uplift in the slopes of rivers in a whole world.
 const PLAINS_RISE: f64 = 0.15;
@@ -96,8 +120,24 @@ impl Laws {
             braids: settings.braids,
         };
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
-        let least = if has_geography { mixed_root(LEAST_UPLIFT, PLAINS_RISE) } else { settings.uplift.least };
-        [bound(low.min(high), least), bound(low.max(high), 1.0)]
+        if !has_geography {
+            return [bound(low.min(high), settings.uplift.least), bound(low.max(high), 1.0)];
+        }
+        let of_world = |end: usize, laws: Laws| Laws {
+            valley: WORLD_VALLEY[end],
+            gullies: WORLD_GULLIES[end],
+            runoff_m: [LEAST_RUNOFF_M, MOST_RUNOFF_M][end],
+            lakes: [0.0, WORLD_LAKES[1]][end],
+            old_arms: [0.0, WORLD_OLD_ARMS][end],
+            braids: [0.0, WORLD_BRAIDS][end],
+            levees: [0.0, 1.0][end],
+            ice_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
+            glacier_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
+            moraines: WORLD_MORAINES,
+            ..laws
+        };
+        let least = bound(low.min(high), mixed_root(LEAST_UPLIFT, PLAINS_RISE));
+        [of_world(0, least), of_world(1, bound(low.max(high), 1.0))]
     }
 
     /// Returns the slope of a river, by the area that it drains, in cells of the trunk lattice.
@@ -172,7 +212,7 @@ impl Fields {
         match &self.law_source {
             LawSource::Uplift(noise) => noise.at_all(points).into_iter().map(|noise| self.laws_by(noise)).collect(),
             LawSource::Geography(geography) => {
-                geography.land_at_large(points).iter().map(|land| self.laws_of(land)).collect()
+                geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect()
             }
         }
     }
@@ -186,12 +226,31 @@ impl Fields {
     }
 
     /// Returns the laws of a place of a whole world.
-    fn laws_of(&self, land: &LandAtLarge) -> Laws {
+    fn laws_of(&self, Setting { land, climate }: &Setting) -> Laws {
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
         // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
         let steepness = mixed_root(land.uplift, 0.5);
         let bed_slope = trunk_slope * mixed_root(land.uplift, PLAINS_RISE);
-        Laws { hill_slope: low + (high - low) * steepness, bed_slope, ..*self.most_laws() }
+        let planned_m = land.planned_m().max(0.0);
+        let runoff_m = climate.runoff_m(planned_m).clamp(LEAST_RUNOFF_M, MOST_RUNOFF_M);
+        let (wet, flat) = (smooth(runoff_m / WET_RUNOFF_M), 1.0 - smooth(land.uplift / HILLY));
+        // Ice has scoured hollows where it once lay thick on the land.
+        let iced_over = smooth(0.5 - (climate.ice_age_snow_line_m() - planned_m) / ICE_SHEET_M);
+        let between = |[least, most]: [f64; 2], share: f64| least + (most - least) * share;
+        Laws {
+            hill_slope: low + (high - low) * steepness,
+            bed_slope,
+            valley: between(WORLD_VALLEY, flat),
+            ice_m: climate.ice_age_snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
+            glacier_m: climate.snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
+            gullies: between(WORLD_GULLIES, 1.0 - wet),
+            runoff_m,
+            lakes: wet * between(WORLD_LAKES, iced_over),
+            old_arms: wet * flat * WORLD_OLD_ARMS,
+            braids: flat * WORLD_BRAIDS,
+            levees: flat,
+            ..*self.most_laws()
+        }
     }
 }

@@ -2,6 +2,12 @@
 //!
 //! ```text
 //! plates, noise --> land at large: continent, uplift, youth     on a lattice of its own, 8 km on Earth
+//!                          |
+//!                          v
+//!                   planned heights, latitude --> climate        on a lattice of its own, 32 km
+//!                                                    |
+//!                                                    v
+//!                                                  biome
 //! ```
 //!
 //! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
@@ -14,6 +20,7 @@ mod spline;
 pub mod biome;
 pub mod climate;
 
+use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::{Crust, Plates};
 use settings::GeographySettings;
 use spline::SplineLattice;
@@ -30,6 +37,15 @@ const LAND_STEP: f64 = 1.0 / 200.0;
 
 /// Bytes for the land at large: a square of 8,000 km on Earth.
 const LAND_BYTES: usize = 24 << 20;
+
+/// Grains from node to node of the climate, as a share of the way from the equator to a pole: 32 km on Earth; and bytes
+/// for it.
+const CLIMATE_STEP: f64 = 0.0032;
+const CLIMATE_BYTES: usize = 6 << 20;
+
+/// Planned heights in metres: of an ocean in the middle, of the middle of a continent without mountains, and of
+/// mountains with the greatest uplift. They are about the mean heights of the finished land.
+const PLANNED_M: [f64; 3] = [4000.0, 500.0, 3200.0];
 
 /// Uplift of the flattest plains.
 pub const LEAST_UPLIFT: f64 = 0.012;
@@ -73,6 +89,17 @@ pub struct Geography {
     /// Number of `continent` where the sea begins, before it is taken off.
     sea: f64,
     land: SplineLattice<4>,
+    climate: Climate,
+    climates: SplineLattice<5>,
+}
+
+/// The land and the climate of a place at large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// The land.
+    pub land: LandAtLarge,
+    /// The climate.
+    pub climate: PlaceClimate,
 }
 
 /// The land of a place at large.
@@ -110,6 +137,8 @@ impl Geography {
             arcs: noise(8, ARC_WAVE * plate, 2, 0.5),
             sea: 0.0,
             land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
+            climate: Climate::new(settings, metres_a_grain),
+            climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
         };
         geography.sea = geography.sea_for(settings.land, SAMPLED * continent);
         geography
@@ -122,7 +151,7 @@ impl Geography {
 
     /// Returns the caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![self.land.memory()]
+        vec![self.land.memory(), self.climates.memory()]
     }
 
     /// Returns the number of `continent` that a share of the places within a square around the origin exceeds.
@@ -148,6 +177,33 @@ impl Geography {
     pub fn continents<const M: usize>(&self, places: [Point; M]) -> [f64; M] {
         let mut nodes = self.land.at_all(&places, |nodes| self.nodes(nodes)).into_iter();
         places.map(|_| nodes.next().expect("there is one for each place")[0])
+    }
+
+    /// Returns the climates of places.
+    pub fn climates(&self, places: &[Point]) -> Vec<PlaceClimate> {
+        let node = |climate: PlaceClimate| {
+            let PlaceClimate { mean_c, swing_c, rain_mm: [january, spring, july] } = climate;
+            [mean_c, swing_c, january, spring, july].map(|value| value as f32)
+        };
+        let nodes =
+            self.climates.at_all(places, |nodes| self.climate.at_all(nodes, self).into_iter().map(node).collect());
+        let of = |[mean_c, swing_c, january, spring, july]: [f64; 5]| PlaceClimate {
+            mean_c,
+            swing_c,
+            rain_mm: [january, spring, july],
+        };
+        nodes.into_iter().map(of).collect()
+    }
+
+    /// Returns the land and the climates of places.
+    pub fn settings_at(&self, places: &[Point]) -> Vec<Setting> {
+        let both = self.land_at_large(places).into_iter().zip(self.climates(places));
+        both.map(|(land, climate)| Setting { land, climate }).collect()
+    }
+
+    /// Returns the latitude of a place in degrees north.
+    pub fn latitude(&self, at: Point) -> f64 {
+        self.climate.latitude(at)
     }
 
     /// Returns the crust at places of one of the two ages of plates.
@@ -184,6 +240,23 @@ impl Geography {
     }
 }
 
+impl LandAtLarge {
+    /// Returns the height that is planned for the place in metres, below 0 in the sea.
+    pub fn planned_m(&self) -> f64 {
+        let [ocean_m, inland_m, mountains_m] = PLANNED_M;
+        match self.continent {
+            sea if sea < 0.0 => ocean_m * sea,
+            land => inland_m * land + mountains_m * self.uplift * smooth(land / 0.05),
+        }
+    }
+}
+
+impl PlannedLand for Geography {
+    fn planned_all(&self, places: &[Point]) -> Vec<f64> {
+        self.land_at_large(places).iter().map(LandAtLarge::planned_m).collect()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,8 +282,8 @@ mod tests {
     fn a_share_of_the_world_is_land() {
         let share = |seed: u64, land: f64| {
             let settings = GeographySettings { land, ..GeographySettings::default() };
-            let all = Geography::new(&settings, METRES_A_GRAIN, seed).land_at_large(&square(20_000.0, 100));
-            all.iter().filter(|land| land.continent > 0.0).count() as f64 / all.len() as f64
+            let all = Geography::new(&settings, METRES_A_GRAIN, seed).nodes(&square(20_000.0, 100));
+            all.iter().filter(|[continent, ..]| *continent > 0.0).count() as f64 / all.len() as f64
         };
         for seed in 1..=3 {
             for land in [0.1, 0.29, 0.8] {
@@ -222,16 +295,16 @@ mod tests {
 
     #[test]
     fn land_has_plains_hills_and_ranges() {
-        let land = geography(5).land_at_large(&square(20_000.0, 200));
-        let land: Vec<&LandAtLarge> = land.iter().filter(|land| land.continent > 0.0).collect();
+        let land = geography(5).nodes(&square(20_000.0, 200));
+        let uplifts = land.iter().filter(|[continent, ..]| *continent > 0.0).map(|[_, uplift, ..]| *uplift);
+        let uplifts: Vec<f32> = uplifts.collect();
         let share =
-            |is: fn(&LandAtLarge) -> bool| land.iter().filter(|land| is(land)).count() as f64 / land.len() as f64;
-        let shares =
-            [share(|land| land.uplift < 0.05), share(|land| land.uplift > 0.3), share(|land| land.uplift > 0.6)];
+            |is: fn(f32) -> bool| uplifts.iter().filter(|uplift| is(**uplift)).count() as f64 / uplifts.len() as f64;
+        let shares = [share(|uplift| uplift < 0.05), share(|uplift| uplift > 0.3), share(|uplift| uplift > 0.6)];
         let [plains, mountains, high] = shares;
         assert!((0.25..0.75).contains(&plains) && (0.05..0.3).contains(&mountains), "{shares:?}");
         assert!((0.01..0.15).contains(&high), "{shares:?}");
-        assert!(land.iter().all(|land| (LEAST_UPLIFT * 0.99..=1.0).contains(&land.uplift)));
+        assert!(uplifts.iter().all(|uplift| (LEAST_UPLIFT as f32..=1.0).contains(uplift)));
     }
 
     /// No field has a step: not where another plate becomes the nearest, nor at the edge of a patch of nodes.
