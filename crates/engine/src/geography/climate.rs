@@ -32,8 +32,8 @@ const SINE_RATE: f64 = POLE_SINE / (1.0 - 0.5 * TURN);
 const ORIGIN_SINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Steps along each way to a place, the length of the nearest in kilometres, and the growth of the others from one to
-/// the next: the farthest begins 1,025 km from the place. Twice as many steps of half the length change the shares of climates by
-/// less than half of one in a hundred.
+/// the next: the farthest begins 1,025 km from the place. Twice as many steps of half the length change the shares of
+/// climates by less than half of one in a hundred.
 const STEPS: usize = 20;
 const NEAREST_KM: f64 = 25.0;
 const GROWTH: f64 = 1.07;
@@ -93,7 +93,7 @@ const FIRST_STATIONS: usize = 6;
 const FIRST_INLAND: f64 = 0.6;
 
 /// Shares of saturation of the air that a way begins with: over the sea; over land without rain, and more of it for the
-/// rain of the [belt](belt).
+/// rain of the [`belt`].
 const FIRST_AT_SEA: f64 = 0.8;
 const FIRST_ON_LAND: [f64; 2] = [0.3, 0.32];
 
@@ -126,7 +126,7 @@ const DRY_BELT: f64 = 0.02;
 const ICE_AGE_M: f64 = 1000.0;
 
 /// Water that wind carries over each metre across it in air that is saturated at 20 degrees Celsius, in millimetres a
-/// year times kilometres: a column of 29 mm at 6 m/s.
+/// year times kilometres: a column of about 30 mm at 6 m/s.
 const WATER: f64 = 5.6e6;
 
 /// The climates of a world.
@@ -241,7 +241,7 @@ impl Climate {
                 inland += share * brought.inland / SEASONS.len() as f64;
             }
         }
-        // So that no month has less than no rain; see `months`.
+        // Below this, the parabola of `months` would have less than no rain in spring.
         rain[1] = rain[1].max(0.25 * (rain[0] + rain[2]));
         PlaceClimate {
             mean_c: self.mean_c(here.degrees, inland),
@@ -302,6 +302,7 @@ impl Climate {
                 let left = held / (1.0 + falls + lifted);
                 rain[season] += share * left * (falls + LIFT_SHARE * lifted) / km;
                 let returned = RETURN_SHARE * saturated.min(1.0) * (RETURN_HUMIDITY * humidity).min(1.0);
+                // The sea gives back what falls there.
                 water[season] = sea * held + land * left * (1.0 + falls * returned);
             }
         }
