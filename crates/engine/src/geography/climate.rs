@@ -212,7 +212,7 @@ impl Climate {
         let all: Vec<Point> = all.collect();
         let heights = land.planned_all(&all);
         let stations = all.chunks_exact(4 * STATIONS).zip(heights.chunks_exact(4 * STATIONS));
-        places.iter().zip(stations).map(|(at, (places, heights))| self.from_stations(*at, places, heights)).collect()
+        places.iter().zip(stations).map(|(at, (places, heights))| self.gathered(*at, places, heights)).collect()
     }
 
     fn parallel(&self, at: Point) -> Parallel {
@@ -227,7 +227,7 @@ impl Climate {
     }
 
     /// Returns the climate of a place from the heights of its stations, those of one way after those of another.
-    fn from_stations(&self, at: Point, places: &[Point], heights: &[f64]) -> PlaceClimate {
+    fn gathered(&self, at: Point, places: &[Point], heights: &[f64]) -> PlaceClimate {
         let here = self.parallel(at);
         let ways = places.chunks_exact(STATIONS).zip(heights.chunks_exact(STATIONS));
         let mut brought = [Brought::default(); 4];
