@@ -81,8 +81,8 @@ pub const FEW_SHORE_HALVINGS: u32 = 3;
 
 /// Size of the longest bends of a continent's shores, as a share of a plate's side; and metres from a shore by which the
 /// `continent` of a place grows by 1, on the mean, as a share of the distance between continents.
-const BENT_COAST: f64 = 0.08;
-const CONTINENT_SLOPE: f64 = 0.077;
+const BENT_COAST: f64 = 0.16;
+const CONTINENT_SLOPE: f64 = 0.05;
 
 /// Width of the shelf around a continent, and of the slope beyond it, in metres; and the metres by which the floor of an
 /// ocean lies below the shelf.

@@ -61,6 +61,10 @@ const ARC_WAVE: f64 = 0.088;
 /// Wavelength of the noise that gives continents their outline, as a share of the side of a continent's cell.
 const OUTLINE_WAVE: f64 = 0.21;
 
+/// Amplitude of each octave of the outline and of the coasts, as a share of the one before: so much that coasts have the
+/// dimension of Earth's, 1.2.
+const COAST_GAIN: f64 = 0.75;
+
 /// Greatest bend of the borders between plates, as a share of a plate's side.
 const BORDER_BEND: f64 = 0.44;
 
@@ -81,7 +85,9 @@ pub struct Geography {
     old_plates: Plates,
     /// Bends of the borders between plates, east and south; then those between old plates.
     bends: [[TurnedNoise; 2]; 2],
+    /// The outline of continents, and of their coasts and islands.
     outline: TurnedNoise,
+    coasts: TurnedNoise,
     swing: TurnedNoise,
     ranges: TurnedNoise,
     hills: TurnedNoise,
@@ -130,7 +136,8 @@ impl Geography {
             // They need not fit the new ones, so their cells should not lie upon theirs.
             old_plates: Plates::new(1.1 * plate, continent, true, seed),
             bends: [[bend(0), bend(1)], [bend(2), bend(3)]],
-            outline: noise(4, OUTLINE_WAVE * continent, 6, 0.55),
+            outline: noise(4, OUTLINE_WAVE * continent, 2, COAST_GAIN),
+            coasts: noise(9, OUTLINE_WAVE / 4.0 * continent, 4, COAST_GAIN),
             swing: noise(5, SWING_WAVE * plate, 3, 0.5),
             ranges: noise(6, RANGE_WAVE * plate, 3, 0.5),
             hills: noise(7, HILL_WAVE * plate, 3, 0.5),
@@ -140,7 +147,10 @@ impl Geography {
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
         };
-        geography.sea = geography.sea_for(settings.land, SAMPLED * continent);
+        // The coasts' noise depends on where the shore is, so each guess improves the one before.
+        for _ in 0..3 {
+            geography.sea += geography.sea_for(settings.land, SAMPLED * continent);
+        }
         geography
     }
 
@@ -154,7 +164,8 @@ impl Geography {
         vec![self.land.memory(), self.climates.memory()]
     }
 
-    /// Returns the number of `continent` that a share of the places within a square around the origin exceeds.
+    /// Returns the number of `continent` that a share of the places within a square around the origin exceeds; 0 if
+    /// `sea` is right.
     fn sea_for(&self, land: f64, side: f64) -> f64 {
         let at = |n: i64| ((n as f64 + 0.5) / SAMPLES as f64 - 0.5) * side;
         let places = (0..SAMPLES * SAMPLES).map(|n| Point { x: at(n % SAMPLES) as i64, y: at(n / SAMPLES) as i64 });
@@ -218,14 +229,17 @@ impl Geography {
     fn nodes(&self, places: &[Point]) -> Vec<[f32; 4]> {
         let crusts = self.crust(&self.plates, &self.bends[0], places);
         let old_crusts = self.crust(&self.old_plates, &self.bends[1], places);
-        let noise =
-            [&self.outline, &self.swing, &self.ranges, &self.hills, &self.arcs].map(|noise| noise.at_all(places));
+        let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
+        let noise = noise.map(|noise| noise.at_all(places));
         let node = |n: usize| {
-            let [outline, swing, ranges, hills, arcs] = noise.each_ref().map(|noise| noise[n]);
+            let [outline, coasts, swing, ranges, hills, arcs] = noise.each_ref().map(|noise| noise[n]);
             let (crust, old) = (&crusts[n], old_crusts[n].belt.min(1.0));
             let belt = crust.belt.min(1.0);
             let islands = crust.arc * (2.0 * arcs + 0.4).clamp(0.0, 1.0);
-            let continent = crust.kind + 0.9 * outline + 0.45 * belt + 0.35 * islands - 0.3 * crust.rift - self.sea;
+            let lies = crust.kind + 0.9 * outline + 0.45 * belt + 0.35 * islands - 0.3 * crust.rift - self.sea;
+            // Bays, islands and peninsulas belong to coasts. Far from them, such noise would leave seas without outlet.
+            let near_shore = 1.0 - 0.75 * smooth(lies.abs() / 0.6);
+            let continent = lies + 0.77 * near_shore * coasts;
             // Ranges lie side by side along the border, and valleys between them.
             let across = crust.across / RANGES + SWING * swing;
             let crest = 1.0 - 2.0 * (across - across.floor() - 0.5).abs();
