@@ -29,10 +29,11 @@
 //! ```text
 //!   terrane-engine
 //!
-//!   stop, error, area, grid, hash, geometry, contour, clock, watch, threads, memory, generator, simd, wgsl   what all use
+//!   stop, error, area, grid, hash, grain_point, geometry, contour, clock, watch, threads, memory, generator, simd, wgsl   what all use
 //!      |
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     text of an author -> a preset or a style; what all settings share: key paths, faults, checks, masks
+//!   geography/  what lies where at large: plates, continents, uplift, climate, biome           a function of place
 //!   land        heights and the water on them
 //!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 9 vertices more
 //!   names       names of rivers, lakes, peaks and settlements
@@ -143,8 +144,9 @@
 
 #[doc(inline)]
 pub use terrane_engine::{
-    agents, area, clock, contour, device, error, features, find, fluvial, generator, geometry, grain_point, grid, hash,
-    land, lines, memory, names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker, watch, world,
+    agents, area, clock, contour, device, error, features, find, fluvial, generator, geography, geometry, grain_point,
+    grid, hash, land, lines, memory, names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker,
+    watch, world,
 };
 #[doc(inline)]
 pub use terrane_output::{bake, export, map, mesh, registry, web};

@@ -17,9 +17,10 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 
 /// The layers, each with the version of its work on the output of the layers before it.
-pub const LAYERS: [(&str, u32); 9] = [
+pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
-    ("fluvial", 2),
+    ("geography", 1),
+    ("fluvial", 3),
     ("places", 2),
     ("agents", 3),
     ("lines", 1),
