@@ -83,7 +83,7 @@ const BAD_TEXTS: &[BadText] = &[
     (
         "spacing_m = 10\n[fluvial]\nbasin_m = 100",
         "3:11",
-        "fluvial.basin_m: expected 2 to 64 times trunk_m, which is 25600 to 819200, found 100",
+        "fluvial.basin_m: expected 2 to 512 times trunk_m, which is 25600 to 6553600, found 100",
         "",
     ),
     (

@@ -35,6 +35,8 @@ const LEAST_DRY: usize = 32;
 pub struct Catchment {
     /// Number of nodes.
     size: usize,
+    /// True if it spills in no further round, as it is large or keeps its water where it is dry.
+    is_settled: bool,
     /// The passes over which its parts have spilt.
     passes: Vec<Pass>,
     /// The catchments around this one, by their sinks, each with the lowest pass to it; the lowest of all passes first.
@@ -47,6 +49,9 @@ struct Pass {
     from: Height,
     to: Height,
 }
+
+/// Number of nodes of a catchment, its passes, and passes to the catchments around it, several to each.
+type Joined = (usize, Vec<Pass>, Vec<(Pass, NodeId)>);
 
 heap_bytes!(Pass);
 heap_bytes!(Catchment: passes, rim);
@@ -142,11 +147,7 @@ impl Catchments {
 
     /// True if a catchment spills in no further round.
     fn is_settled(&self, nodes: &NodeLook, round: u32, sink: NodeId) -> bool {
-        let node = nodes.node(sink);
-        node.sea || round >= self.rounds || {
-            let size = self.at(nodes, round, sink).size;
-            size > MOST_NODES || (size >= LEAST_DRY && self.fields.keeps_water(node.at))
-        }
+        nodes.node(sink).sea || round >= self.rounds || self.at(nodes, round, sink).is_settled
     }
 
     /// Returns the pass over which a catchment spills in a round, and the catchment beyond; `None` if it keeps its
@@ -175,15 +176,21 @@ impl Catchments {
 
     /// Returns the catchment of a sink after some rounds.
     fn at(&self, nodes: &NodeLook, rounds: u32, sink: NodeId) -> Arc<Catchment> {
-        self.all.get((rounds, sink), || match rounds.checked_sub(1) {
-            None => first(nodes, sink),
-            // Only earlier rounds are read here: a cache must not be asked for the entry that it is computing.
-            Some(before) => self.joined(nodes, before, sink),
+        self.all.get((rounds, sink), || {
+            let (size, passes, around) = match rounds.checked_sub(1) {
+                None => first(nodes, sink),
+                // Only earlier rounds are read here: a cache must not be asked for the entry that it is computing.
+                Some(before) => self.joined(nodes, before, sink),
+            };
+            // The place is asked only once for each catchment, since its climate takes time.
+            let keeps_water = || !nodes.node(sink).sea && self.fields.keeps_water(nodes.node(sink).at);
+            let is_settled = size > MOST_NODES || (size >= LEAST_DRY && keeps_water());
+            Catchment { size, is_settled, passes, rim: rim(around) }
         })
     }
 
     /// Joins the catchments that spill into that of a sink in a round.
-    fn joined(&self, nodes: &NodeLook, round: u32, sink: NodeId) -> Catchment {
+    fn joined(&self, nodes: &NodeLook, round: u32, sink: NodeId) -> Joined {
         let (mut size, mut passes, mut around) = (0, Vec::new(), Vec::new());
         let mut parts = vec![sink];
         while let Some(part) = parts.pop() {
@@ -201,12 +208,12 @@ impl Catchments {
             }
         }
         around.retain(|(_, other)| *other != sink);
-        Catchment { size, passes, rim: rim(around) }
+        (size, passes, around)
     }
 }
 
 /// Returns the land from which water falls to a sink.
-fn first(nodes: &NodeLook, sink: NodeId) -> Catchment {
+fn first(nodes: &NodeLook, sink: NodeId) -> Joined {
     let mut inside = vec![sink];
     let mut next = 0;
     while next < inside.len() {
@@ -223,5 +230,5 @@ fn first(nodes: &NodeLook, sink: NodeId) -> Catchment {
             around.push((Pass { from: nodes.height(*id), to: nodes.height(other) }, nodes.foot(other)));
         }
     }
-    Catchment { size, passes: Vec::new(), rim: rim(around) }
+    (size, Vec::new(), around)
 }
