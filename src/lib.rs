@@ -143,8 +143,9 @@
 
 #[doc(inline)]
 pub use terrane_engine::{
-    agents, area, clock, contour, device, error, features, find, fluvial, generator, geometry, grain_point, grid, hash,
-    land, lines, memory, names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker, watch, world,
+    agents, area, clock, contour, device, error, features, find, fluvial, generator, geography, geometry, grain_point,
+    grid, hash, land, lines, memory, names, noise, places, preset, recipe, relief, simd, stop, threads, tile, walker,
+    watch, world,
 };
 #[doc(inline)]
 pub use terrane_output::{bake, export, map, mesh, registry, web};
