@@ -1,16 +1,22 @@
-//! The rasters of climate and uplift: what the geography says of each vertex, and refused where there is none.
+//! Rasters and maps of climate and uplift: what the geography says of each place, and refused where there is none.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 use std::sync::LazyLock;
 
 use terrane::area::{Area, Region, TileId};
+use terrane::clock::Clock;
 use terrane::export::{Export, Mode, Output, Plan};
 use terrane::geography::biome::Biome;
-use terrane::grain_point::Point;
+use terrane::grain_point::{GRAINS, Point};
 use terrane::land::WaterKind;
+use terrane::map::Chart;
+use terrane::map::scale::Scale;
+use terrane::map::style::Style;
 use terrane::preset::Preset;
+use terrane::recipe::source::RecipeSources;
 use terrane::tile::{Tile, TileView};
 use terrane::watch::Watch;
 use terrane::world::World;
@@ -129,4 +135,39 @@ fn samples(path: &Path, kind: png::ColorType) -> (Vec<u8>, Vec<u8>) {
     assert_eq!((info.color_type, info.bit_depth), (kind, png::BitDepth::Eight));
     let palette = reader.info().palette.as_deref().map_or(Vec::new(), <[u8]>::to_vec);
     (samples, palette)
+}
+
+#[test]
+fn a_map_in_the_style_climate_has_the_colours_of_the_biomes() {
+    let (_, preset) = Preset::load("world").unwrap();
+    // Without light, so that the colours are bare.
+    let text = "extends = \"climate\"\n[relief]\nstrength = 0\nhighlight = 0\ntexture = 0\n[water]\ndraw = false\n\
+                [labels]\ndraw = false\n[places]\ndraw = false";
+    let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+    let scale = Scale { metres_per_pixel: 8000.0, pixels_per_mm: 4.0 };
+    let chart = Chart::new(&preset, None, style, scale).unwrap();
+    let at = coast().x * 64 / 800;
+    let area = Area::new(at - 40, -30, 80, 60);
+    let clock = Clock::default();
+    let pixels = chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap();
+    let heights = chart.heights_m(area, &clock).unwrap();
+    let geography = whole().geography().unwrap();
+    let mut seen = BTreeSet::new();
+    for (index, (x, y)) in area.vertices().enumerate().filter(|(index, _)| heights[*index] > 100.0) {
+        let [x, y] = [x, y].map(|pixel| pixel * 800 * GRAINS + 400 * GRAINS);
+        let biome = geography.climates(&[Point { x, y }])[0].biome(f64::from(heights[index]));
+        let drawn = &pixels[3 * index..][..3];
+        let off = drawn.iter().zip(biome.colour()).map(|(drawn, own)| drawn.abs_diff(own)).max().unwrap();
+        assert!(off <= 1, "{drawn:?} at {x}, {y} for {biome:?}");
+        seen.insert(biome);
+    }
+    assert!(seen.len() > 1, "{seen:?}");
+}
+
+#[test]
+fn a_world_without_a_geography_has_no_map_of_its_climate() {
+    let scale = Scale { metres_per_pixel: 100.0, pixels_per_mm: 4.0 };
+    let error = Chart::new(&Preset::load("alps").unwrap().1, None, Style::load("climate").unwrap(), scale).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("no climates") && error.hint().unwrap().contains("world"), "{error}");
 }
