@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use terrane::area::{Area, Region, TileId};
+use terrane::area::{Area, Region, Stride, TileId};
 use terrane::clock::Clock;
 use terrane::export::{Export, Mode, Output, Plan};
 use terrane::geography::biome::Biome;
@@ -170,4 +170,15 @@ fn a_world_without_a_geography_has_no_map_of_its_climate() {
     let error = Chart::new(&Preset::load("alps").unwrap().1, None, Style::load("climate").unwrap(), scale).unwrap_err();
     assert_eq!(error.exit_code(), 2);
     assert!(error.to_string().contains("no climates") && error.hint().unwrap().contains("world"), "{error}");
+}
+
+#[test]
+fn nodes_of_a_stride_have_the_climates_of_their_vertices() {
+    let coarse = whole().at_stride(Stride::ONE.twice().twice());
+    let tile = Tile::new(&coarse, TileId { x: 3, y: -2 });
+    let Area { x0, y0, .. } = tile.area();
+    let row = TileView::new(&tile, &coarse).climates(Area::new(x0, y0, 5, 1));
+    let places: Vec<Point> = (x0..x0 + 5).map(|x| Point::at_vertex(4 * x, 4 * y0)).collect();
+    let climates: Vec<_> = row.into_iter().map(|(climate, _)| climate).collect();
+    assert_eq!(climates, whole().geography().unwrap().climates(&places));
 }
