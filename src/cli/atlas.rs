@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let [long, short] = arguments.paper;
     let paper = if arguments.portrait { [short, long] } else { [long, short] };
     let furniture = furniture(asked)?;
-    let layout = |sheets| Layout::new(scale, sheets, paper, arguments.overlap, middle_m, &furniture);
+    let layout = |sheets| Layout::new(scale, sheets, paper, arguments.overlap, middle_m, (&style, &furniture));
     let [columns, rows] = match (arguments.sheets, size_m) {
         (Some(_), Some(_)) => {
             return Err(Error::Option {
@@ -68,6 +68,7 @@ pub(super) fn run(arguments: &AtlasArguments, console: &Console) -> Result<(), E
     let files = AtlasFiles::new(&folder, layout, has_pictures, has_document, asked.overwrite)?;
     let threads = asked.manner.run.threads.count();
     let world = Chart::world(&preset, Some(seed))?;
+    style.check_for(&world)?;
     let memory_bytes = files.memory_bytes(&world, threads);
     if !console.may_begin("the atlas", memory_bytes, SMALLER, asked.manner.run.dry_run)? {
         return Ok(());

@@ -43,6 +43,7 @@ pub(super) fn run(arguments: &MapArguments, console: &Console) -> Result<(), Err
         file = file.lettered(lettering)?;
     }
     let world = Chart::world(&preset, Some(seed))?;
+    style.check_for(&world)?;
     let threads = asked.manner.run.threads.count();
     let memory_bytes = file.memory_bytes(&world, scale, (most.width(), most.height()), threads);
     if !console.may_begin("the map", memory_bytes, SMALLER, asked.manner.run.dry_run)? {

@@ -38,7 +38,7 @@ impl Charts {
     /// Returns the map of a world at a zoom level.
     ///
     /// # Errors
-    /// When there is no such style, or `clock` stops the work.
+    /// When there is no such style, the world lacks what it shows, or `clock` stops the work.
     pub fn chart(
         &self,
         opened: &Opened,
@@ -57,6 +57,7 @@ impl Charts {
             return Ok(chart.clone());
         }
         let mut drawn = Style::load(style)?;
+        drawn.check_for(&opened.world)?;
         if stage != Stage::Full {
             // Glances and drafts leave out what must be planned on all the land around, and what is written around it.
             drawn.contours.draw = false;

@@ -11,7 +11,7 @@ use crate::explore::tile_address::{MAX_ZOOM, REACH, pixel_m};
 use crate::find::Finder;
 use crate::generator;
 use crate::map::Chart;
-use crate::map::style::STYLES;
+use crate::map::style::{STYLES, Style};
 use crate::memory::Budget;
 use crate::preset::{BUILT_IN, Preset};
 use crate::recipe::source::{RecipeSources, built_in};
@@ -154,7 +154,11 @@ impl Opened {
     pub fn about(&self) -> Value {
         let (world, preset) = (&self.world, &self.preset);
         let WorldRecipe { preset: named, set, .. } = &self.recipe;
-        let titles = STYLES.iter().map(|(name, _)| json!({ "name": name, "title": capitalised(name) }));
+        let suits = |name: &str| Style::load(name).is_ok_and(|style| style.check_for(world).is_ok());
+        let titles = STYLES
+            .iter()
+            .filter(|(name, _)| suits(name))
+            .map(|(name, _)| json!({ "name": name, "title": capitalised(name) }));
         let reach_m = REACH as f64 * world.spacing_m();
         let (lowest_m, highest_m) = world.height_range_m();
         json!({

@@ -5,6 +5,7 @@ mod architecture;
 mod bakes;
 mod channels;
 mod cli;
+mod climates;
 mod cost;
 mod desk;
 mod disks;

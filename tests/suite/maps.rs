@@ -134,7 +134,13 @@ fn every_style_draws_as_it_did_and_as_no_other_does() {
     let world = alps();
     let mut seen = BTreeSet::new();
     for (name, _) in STYLES {
-        let chart = Chart::of_world(&world, Style::load(name).unwrap(), scale, &Clock::default()).unwrap();
+        let style = Style::load(name).unwrap();
+        if style.check_for(&world).is_err() {
+            // `climates.rs` draws it.
+            assert_eq!(*name, "climate");
+            continue;
+        }
+        let chart = Chart::of_world(&world, style, scale, &Clock::default()).unwrap();
         let pixels = chart.picture(area, &Clock::default()).unwrap().pixels(area, &Clock::default()).unwrap();
         assert_eq!(pixels.len(), area.len() * 3);
         let shades: BTreeSet<&[u8]> = pixels.chunks_exact(3).collect();

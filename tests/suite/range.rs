@@ -71,6 +71,7 @@ fn preset() -> impl Strategy<Value = Preset> {
             tile_cells: 16,
             sea_level_m: None,
             noise,
+            geography: None,
             fluvial: None,
             places: None,
             warp,

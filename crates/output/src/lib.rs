@@ -5,8 +5,8 @@
 
 // With these imports a module has the same path in all crates, as if they were one.
 use terrane_engine::{
-    agents, area, clock, contour, device, error, features, fluvial, generator, geometry, grid, hash, land, lines,
-    memory, places, preset, recipe, simd, stop, tile, walker, watch, world,
+    agents, area, clock, contour, device, error, features, fluvial, generator, geography, geometry, grain_point, grid,
+    hash, land, lines, memory, places, preset, recipe, simd, stop, tile, walker, watch, world,
 };
 
 pub mod mesh;

@@ -1,6 +1,7 @@
 //! Tiles: everything about one square of the world, made without a look at its neighbours.
 
 mod accumulation;
+mod at_large;
 mod blend;
 mod digest;
 mod grows;

@@ -54,7 +54,7 @@ impl Layout {
         paper_mm: [f64; 2],
         overlap_mm: f64,
         middle_m: [f64; 2],
-        furniture: &BTreeSet<Furniture>,
+        (style, furniture): (&Style, &BTreeSet<Furniture>),
     ) -> Result<Layout, Error> {
         let refuse = |message: String, hint: &str| Err(Error::Option { message, hint: hint.into() });
         if !(1..=MOST_COLUMNS).contains(&columns) || !(1..=MOST_ROWS).contains(&rows) {
@@ -66,7 +66,7 @@ impl Layout {
             );
         }
         let page = paper_mm.map(|mm| scale.pixels(mm).round() as i64);
-        let [west, north, east, south] = Sheet::margins(scale, page[0], furniture);
+        let [west, north, east, south] = Sheet::margins((style, scale), page[0], furniture);
         let map = [page[0] - west - east, page[1] - north - south];
         let overlap = scale.pixels(overlap_mm).round() as i64;
         let step = map.map(|pixels| pixels - overlap);
@@ -291,9 +291,10 @@ mod tests {
 
     #[test]
     fn sheets_overlap_and_know_their_neighbours() {
-        let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 };
+        let (style, scale) = (Style::load("atlas").unwrap(), Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 });
         let layout =
-            Layout::new(scale, [3, 2], [297.0, 210.0], 10.0, [1000.0, 2000.0], &Furniture::ALL.into()).unwrap();
+            Layout::new(scale, [3, 2], [297.0, 210.0], 10.0, [1000.0, 2000.0], (&style, &Furniture::ALL.into()))
+                .unwrap();
         let names: Vec<String> = layout.sheets().map(Layout::name).collect();
         assert_eq!(names, ["A1", "A2", "A3", "B1", "B2", "B3"]);
         let [first, second] = [[0, 0], [1, 0]].map(|place| layout.map(place));
@@ -309,10 +310,10 @@ mod tests {
 
     #[test]
     fn what_has_no_room_is_refused() {
-        let scale = Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 };
+        let (style, scale) = (Style::load("atlas").unwrap(), Scale { metres_per_pixel: 10.0, pixels_per_mm: 5.0 });
         let all = Furniture::ALL.into();
         let refused = |sheets, paper, overlap| {
-            Layout::new(scale, sheets, paper, overlap, [0.0; 2], &all).unwrap_err().to_string()
+            Layout::new(scale, sheets, paper, overlap, [0.0; 2], (&style, &all)).unwrap_err().to_string()
         };
         assert!(refused([0, 1], [297.0, 210.0], 10.0).contains("0 x 1"));
         assert!(refused([1, 27], [297.0, 210.0], 10.0).contains("1 x 27"));
@@ -320,7 +321,7 @@ mod tests {
         assert!(refused([1, 1], [297.0, 210.0], 200.0).contains("overlaps by 200"));
         // Small paper has room for a map with furniture, but not with a legend of everything that a map can show.
         let small = |furniture: &[Furniture]| {
-            Layout::new(scale, [1, 1], [80.0; 2], 10.0, [0.0; 2], &furniture.iter().copied().collect())
+            Layout::new(scale, [1, 1], [80.0; 2], 10.0, [0.0; 2], (&style, &furniture.iter().copied().collect()))
         };
         assert!(small(&[Furniture::Legend]).unwrap_err().to_string().contains("no room"));
         assert!(small(&[Furniture::Title, Furniture::Grid, Furniture::Scale]).is_ok());

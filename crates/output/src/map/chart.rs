@@ -3,6 +3,7 @@
 //! A block is a square of the scale's pixels, and its content depends only on its place. So a map is the same whether
 //! it is drawn at once, in strips, in sheets or in tiles of a web map.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -13,6 +14,7 @@ use crate::clock::Clock;
 use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::features::sites::SiteFeature;
+use crate::geography::biome::Biome;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::contour_lines::interval_m;
@@ -25,7 +27,7 @@ use crate::map::ranges::Afar;
 use crate::map::relief::{GroundPixels, ShadedRelief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
-use crate::map::style::{Colour, Style};
+use crate::map::style::{Colour, Style, TintBy};
 use crate::map::summits::PeakSource;
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::terrain::{self, MapTerrain};
@@ -45,6 +47,9 @@ const BANKS: f64 = 1.5;
 
 /// Largest number of vertices per pixel at which the lines of agents are drawn.
 const AGENTS: f64 = 8.0;
+
+/// Square millimetres on paper of the least land of a biome that a legend explains.
+const LEAST_BIOME_MM2: f64 = 1.0;
 
 /// Maps of a world in one style and scale.
 #[derive(Debug)]
@@ -80,6 +85,8 @@ pub struct Picture {
     writings: Vec<Writing>,
     /// The frame around the picture, if it has one.
     frame: Option<MapFrame>,
+    /// The biomes that the legend of the picture explains.
+    biomes: Vec<Biome>,
 }
 
 #[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
@@ -119,9 +126,10 @@ impl Chart {
     /// Creates the chart of the world of a preset, with the preset's own seed unless another is given.
     ///
     /// # Errors
-    /// When a value of the preset is out of its range.
+    /// When a value of the preset is out of its range, or the world lacks what the style shows.
     pub fn new(preset: &Preset, seed: Option<u64>, style: Style, scale: Scale) -> Result<Arc<Chart>, Error> {
         let world = Chart::world(preset, seed)?;
+        style.check_for(&world)?;
         Ok(Clock::unstopped(|clock| Chart::of_world(&world, style, scale, clock)))
     }
 
@@ -142,12 +150,12 @@ impl Chart {
         Ok(Arc::new(world.within(budget)))
     }
 
-    /// Creates the chart of such a [world](Chart::world).
+    /// Creates the chart of such a [world](Chart::world), which must have [what the style shows](Style::check_for).
     pub fn of_world(world: &Arc<World>, style: Style, scale: Scale, clock: &Clock) -> Result<Arc<Chart>, Stopped> {
         Chart::made_by(|world| Ok(Cpu::maker(world.relief())), world, style, scale, clock)
     }
 
-    /// Creates the chart of such a [world](Chart::world). `maker` returns the land maker for the land that is lit.
+    /// Creates the chart of such a [world](Chart::world), which must have [what the style shows](Style::check_for). `maker` returns the land maker for the land that is lit.
     ///
     /// # Errors
     /// When `maker` fails, or `clock` stops the work.
@@ -295,7 +303,7 @@ impl Chart {
         } else {
             draughtsman.draw(area, WIDEST as usize)?
         };
-        Ok(Picture { chart: Arc::clone(self), area, drawing, writings, frame })
+        Ok(Picture { chart: Arc::clone(self), area, drawing, writings, frame, biomes: Vec::new() })
     }
 }
 
@@ -310,11 +318,42 @@ impl Picture {
         self.chart
     }
 
+    /// Finds the biomes that a legend has to explain, if the picture is coloured by them.
+    pub(super) fn find_biomes(&mut self, clock: &Clock) -> Result<(), Stopped> {
+        let chart = &self.chart;
+        if chart.style.tint.by != TintBy::Biome {
+            return Ok(());
+        }
+        let sea_m = chart.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
+        let count = |part: Area| {
+            clock.check()?;
+            let nodes = chart.terrain.nodes(part, clock)?;
+            let heights = chart.terrain.at_pixels(&nodes.heights, part);
+            let mut counts = BTreeMap::<Biome, usize>::new();
+            for (biome, height_m) in chart.terrain.biomes(&heights, part).into_iter().zip(heights.values()) {
+                if *height_m >= sea_m {
+                    *counts.entry(biome).or_default() += 1;
+                }
+            }
+            Ok(counts)
+        };
+        let parts: Vec<Area> = self.area.squares(BLOCK as usize).collect();
+        let mut counts = BTreeMap::<Biome, usize>::new();
+        for (biome, count) in
+            parts.into_par_iter().map(count).collect::<Result<Vec<_>, Stopped>>()?.into_iter().flatten()
+        {
+            *counts.entry(biome).or_default() += count;
+        }
+        let least = (LEAST_BIOME_MM2 * chart.scale.pixels_per_mm * chart.scale.pixels_per_mm) as usize;
+        self.biomes = counts.into_iter().filter(|(_, count)| *count >= least.max(1)).map(|(biome, _)| biome).collect();
+        Ok(())
+    }
+
     /// Returns the items that a legend explains: those that the picture shows.
     pub(super) fn legend(&self) -> Vec<LegendItem> {
         let (style, drawing, area) = (&self.chart.style, &self.drawing, self.area);
         let shows = |shape: &Shape| area.meets(shape.bounds);
-        let mut items = Vec::new();
+        let mut items: Vec<LegendItem> = self.biomes.iter().copied().map(LegendItem::Biome).collect();
         for class in [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet] {
             let is_seen = |site: &SiteFeature| site.class == class && self.shows(self.chart.scale.pixel(site.at));
             if drawing.sites.iter().any(is_seen) {

@@ -81,7 +81,14 @@ impl MapPainter {
     fn ground(&self, tile: &Tile) -> Grid<u32> {
         let area = tile.area();
         let covers = self.relief.covers_of(tile.blend().ground(), tile.blend().cover());
-        let lit = Lit { heights: tile.heights(), smooth: tile.heights(), texture: None, open: None, covers: &covers };
+        let lit = Lit {
+            heights: tile.heights(),
+            smooth: tile.heights(),
+            texture: None,
+            open: None,
+            land: None,
+            covers: &covers,
+        };
         let mut pixels = self.relief.light(&lit, area);
         let Some(water) = tile.water() else { return pixels };
         for y in area.y0..area.y1 {

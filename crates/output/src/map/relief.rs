@@ -9,7 +9,7 @@ use crate::map::light::{CHUNK, Lamp, Light, WIDE};
 use crate::map::scale::Scale;
 use crate::map::signs::REACH;
 use crate::map::sky;
-use crate::map::style::{Colour, Style};
+use crate::map::style::{Colour, Style, TintBy};
 use crate::map::terrain::{MapTerrain, Nodes};
 use crate::map::tint::Tints;
 use crate::map::weighted_sums::{smoothed, weigh};
@@ -37,6 +37,8 @@ pub(super) struct ShadedRelief {
     covers: [([f32; 3], f32); 8],
     lamp: Lamp,
     has_stones: bool,
+    /// True if biomes give land its colours, in place of heights.
+    is_by_biome: bool,
     /// Strengths of sky shading and of cast shadow.
     sky: [f32; 2],
 }
@@ -63,6 +65,8 @@ pub(super) struct Lit<'a> {
     pub texture: Option<&'a Grid<f32>>,
     /// Change of tone by the visible sky and by cast shadow; positive is lighter.
     pub open: Option<&'a Grid<f32>>,
+    /// Colours of the land, if they are not those of its heights.
+    pub land: Option<&'a Grid<[u8; 3]>>,
     /// Cover of the ground, from [`ShadedRelief::covers_of`].
     pub covers: &'a [Grid<f32>; 4],
 }
@@ -104,8 +108,9 @@ impl ShadedRelief {
         };
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
         let has_stones = style.signs.are_drawn(denominator);
+        let is_by_biome = style.tint.by == TintBy::Biome;
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
-        ShadedRelief { tints, covers, lamp, has_stones, sky }
+        ShadedRelief { tints, covers, lamp, has_stones, is_by_biome, sky }
     }
 
     /// Height in metres up to which a soft shore may reach: where the lowest land of some pixels is lower, they may
@@ -172,8 +177,21 @@ impl ShadedRelief {
             [Material::Rock, Material::Scree]
                 .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
         });
-        let lit =
-            Lit { heights: &heights, smooth: &smooth, texture: Some(&texture), open: open.as_ref(), covers: &covers };
+        let land = self.is_by_biome.then(|| {
+            let mut colours = Grid::filled(area, [0; 3]);
+            for (colour, biome) in colours.values_mut().iter_mut().zip(terrain.biomes(&heights, area)) {
+                *colour = biome.colour();
+            }
+            colours
+        });
+        let lit = Lit {
+            heights: &heights,
+            smooth: &smooth,
+            texture: Some(&texture),
+            open: open.as_ref(),
+            land: land.as_ref(),
+            covers: &covers,
+        };
         let pixels = self.light(&lit, area);
         Ok(GroundPixels { area, pixels, heights, snow, stones })
     }
@@ -195,7 +213,8 @@ impl ShadedRelief {
                 let row = |grid, room| whole(Grid::row(grid, y, x0, x1), room);
                 let plane = |grid: Option<_>, room| grid.map_or(&NONE, |grid| row(grid, room));
                 let [red, green, blue, share] = lit.covers;
-                let [land, sea] = self.tints_of(&heights[1][1..=pixels.len()]);
+                let own = lit.land.map(|colours| colours.row(y, x0, x1));
+                let [land, sea] = self.tints_of(&heights[1][1..=pixels.len()], own);
                 dispatch(Light {
                     lamp: &self.lamp,
                     count: pixels.len(),
@@ -214,16 +233,16 @@ impl ShadedRelief {
         pixels
     }
 
-    /// Looks up the tints of heights as land and as sea, by channel. One by one, because lanes cannot read from a table
+    /// Looks up the tints of heights as land, unless it has `own` colours, and as sea, by channel. One by one, because lanes cannot read from a table
     /// of this size.
-    fn tints_of(&self, heights: &[f32]) -> [[[f32; CHUNK]; 3]; 2] {
+    fn tints_of(&self, heights: &[f32], own: Option<&[[u8; 3]]>) -> [[[f32; CHUNK]; 3]; 2] {
         let mut tints = [[[0.0; CHUNK]; 3]; 2];
         let lowest_m = heights.iter().fold(f32::MAX, |low, height_m| low.min(*height_m));
         let mut put = |kind: usize, index: usize, colour: [f32; 3]| {
             (0..3).for_each(|channel| tints[kind][channel][index] = colour[channel]);
         };
         for (index, height_m) in heights.iter().enumerate() {
-            put(0, index, self.tints.land(*height_m));
+            put(0, index, own.map_or_else(|| self.tints.land(*height_m), |own| own[index].map(f32::from)));
         }
         // A shore is soft, so land a little above the sea may be mixed with the sea's tint.
         if lowest_m < self.shore_m() {

@@ -9,6 +9,7 @@ use glam::{DVec2, dvec2};
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::geography::biome::Biome;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
@@ -16,7 +17,7 @@ use crate::map::font::Face;
 use crate::map::frame::{self, MapFrame};
 use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape, ring, widened};
 use crate::map::scale::Scale;
-use crate::map::style::{Colour, Style};
+use crate::map::style::{Colour, Style, TintBy};
 use crate::map::symbols::{draw_peak, draw_site};
 use crate::map::text::{Placed, shape};
 use crate::places::site::SiteClass;
@@ -41,6 +42,9 @@ const BAR_MM: f64 = 60.0;
 /// with some room for rounding to pixels.
 const ROW_MM: f64 = 4.6;
 const COLUMN_MM: f64 = 35.5;
+
+/// Width in millimetres of a column of a legend of biomes, whose names are longer.
+const BIOME_COLUMN_MM: f64 = 52.0;
 
 /// Numbers of rows of a legend, and of lines of a recipe, that fit below every map.
 const ROWS: usize = 4;
@@ -167,10 +171,11 @@ impl Sheet<'_> {
     /// Returns the widths in pixels of the paper around a map: west, north, east and south. The whole paper is `paper`
     /// pixels wide from west to east. There is room for all furniture, and for more rows of a legend if `furniture` has
     /// one.
-    pub(super) fn margins(scale: Scale, paper: i64, furniture: &BTreeSet<Furniture>) -> [i64; 4] {
+    pub(super) fn margins((style, scale): (&Style, Scale), paper: i64, furniture: &BTreeSet<Furniture>) -> [i64; 4] {
+        let form = LegendForm::of(style);
         let map_mm = paper as f64 / scale.pixels(1.0) - 2.0 * SIDE_MM;
         let more_mm = match furniture.contains(&Furniture::Legend) {
-            true => LegendPlace::below(map_mm, LegendItem::KINDS).more_mm(LegendItem::KINDS),
+            true => form.below(map_mm, form.most).more_mm(form.most),
             false => 0.0,
         };
         [SIDE_MM, TOP_MM, SIDE_MM, BOTTOM_MM + more_mm].map(|mm| scale.pixels(mm).ceil() as i64)
@@ -179,7 +184,7 @@ impl Sheet<'_> {
     /// Returns the largest area of pixels that a map and its furniture take: with a legend of everything that a map can
     /// show.
     pub fn area(map: Area, drawn: (&Style, Scale), captions: &Captions) -> Area {
-        Sheet::area_of(map, drawn, captions, LegendItem::KINDS)
+        Sheet::area_of(map, drawn, captions, LegendForm::of(drawn.0).most)
     }
 
     /// Returns the area of pixels that a map and its furniture take, with `explained` rows in the legend.
@@ -192,9 +197,10 @@ impl Sheet<'_> {
         let top = if has(Furniture::Title) { pixels(TOP_MM) } else { side };
         let (mut east, mut foot_mm) = (side, BOTTOM_MM);
         if has(Furniture::Legend) {
-            foot_mm += LegendPlace::below(map.width() as f64 / scale.pixels(1.0), explained).more_mm(explained);
+            let form = LegendForm::of(style);
+            foot_mm += form.below(map.width() as f64 / scale.pixels(1.0), explained).more_mm(explained);
             // A column of the legend is wider than the smallest maps.
-            east = east.max(pixels(COLUMN_MM) - map.width() as i64);
+            east = east.max(pixels(form.column_mm) - map.width() as i64);
         }
         if has(Furniture::Recipe) {
             let lines = recipe_lines(recipe, map, (style, scale)).len();
@@ -221,7 +227,11 @@ impl Sheet<'_> {
         watch: &Watch,
     ) -> Result<Picture, Stopped> {
         let frame = Sheet::is_framed(furniture).then(|| MapFrame::new(map, chart.scale()));
-        chart.drawn_picture(map, frame, watch)
+        let mut picture = chart.drawn_picture(map, frame, watch)?;
+        if furniture.contains(&Furniture::Legend) {
+            picture.find_biomes(&watch.clock)?;
+        }
+        Ok(picture)
     }
 
     /// Creates the sheet of a picture and its furniture, on as much paper as they take.
@@ -582,9 +592,10 @@ impl SheetPrinter<'_> {
 
     /// Draws the legend of what is seen on the map, each column from the top to the bottom.
     fn legend(&mut self, shown: &[LegendItem], interval_m: f64) {
-        let place = LegendPlace::below(self.map.width() as f64 / self.mm(1.0), shown.len());
+        let form = LegendForm::of(self.style);
+        let place = form.below(self.map.width() as f64 / self.mm(1.0), shown.len());
         let (from, top) = (self.map.edges()[0] + self.mm(place.from_mm), self.foot() + self.mm(place.top_mm - 1.0));
-        let (step, column, sample) = (self.mm(ROW_MM), self.mm(COLUMN_MM), self.mm(7.0));
+        let (step, column, sample) = (self.mm(ROW_MM), self.mm(form.column_mm), self.mm(7.0));
         let rows = place.rows(shown.len());
         for (index, item) in shown.iter().copied().enumerate() {
             let [x, y] = [from + (index / rows) as f64 * column, top + (index % rows) as f64 * step];
@@ -607,6 +618,9 @@ impl SheetPrinter<'_> {
                 self.marks.extend(marks);
             }
             LegendItem::River => self.marks.push(line(style.water.river_mm[1] * 0.6, style.water.line)),
+            LegendItem::Biome(biome) => {
+                self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], Colour(biome.colour()));
+            }
             LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
             LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
             LegendItem::Site(class) => self.marks.push(Mark::Site(middle, class)),
@@ -641,6 +655,13 @@ fn recipe_lines(recipe: &str, map: Area, (style, scale): (&Style, Scale)) -> Vec
     lines
 }
 
+/// The largest number of items of a legend, and the width of its columns in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LegendForm {
+    most: usize,
+    column_mm: f64,
+}
+
 /// Place of the rows of a legend below a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LegendPlace {
@@ -651,16 +672,31 @@ struct LegendPlace {
     columns: usize,
 }
 
-impl LegendPlace {
+impl LegendForm {
+    /// Returns the form for a style, in which legends have items of all kinds that its maps can show.
+    fn of(style: &Style) -> LegendForm {
+        match style.tint.by {
+            TintBy::Height => LegendForm { most: LegendItem::KINDS, column_mm: COLUMN_MM },
+            TintBy::Biome => LegendForm { most: LegendItem::KINDS + Biome::all().count(), column_mm: BIOME_COLUMN_MM },
+        }
+    }
+
     /// Chooses the place below a map `map_mm` wide: between the scale bar and the north arrow, or below both where that
     /// takes less paper.
-    fn below(map_mm: f64, explained: usize) -> LegendPlace {
+    fn below(self, map_mm: f64, explained: usize) -> LegendPlace {
         let from_mm = (BAR_MM + 14.0).min(map_mm * 0.36);
-        let beside = LegendPlace { from_mm, top_mm: 0.0, columns: columns(map_mm - NORTH_MM - from_mm) };
-        let below = LegendPlace { from_mm: 0.0, top_mm: BELOW_MM, columns: columns(map_mm).max(1) };
+        let beside = LegendPlace { from_mm, top_mm: 0.0, columns: self.columns(map_mm - NORTH_MM - from_mm) };
+        let below = LegendPlace { from_mm: 0.0, top_mm: BELOW_MM, columns: self.columns(map_mm).max(1) };
         if beside.columns > 0 && beside.more_mm(explained) <= below.more_mm(explained) { beside } else { below }
     }
 
+    /// Returns the number of columns of a legend that fit into `room_mm` millimetres.
+    fn columns(self, room_mm: f64) -> usize {
+        (room_mm / self.column_mm).floor().max(0.0) as usize
+    }
+}
+
+impl LegendPlace {
     /// Returns the number of rows of a legend of `explained` items.
     fn rows(self, explained: usize) -> usize {
         let least = if self.top_mm > 0.0 { 1 } else { ROWS };
@@ -673,14 +709,10 @@ impl LegendPlace {
     }
 }
 
-/// Returns the number of columns of a legend that fit into `room_mm` millimetres.
-fn columns(room_mm: f64) -> usize {
-    (room_mm / COLUMN_MM).floor().max(0.0) as usize
-}
-
 /// A kind of thing that a legend explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LegendItem {
+    Biome(Biome),
     Road(RoadClass),
     River,
     Lake,
@@ -690,11 +722,12 @@ pub(super) enum LegendItem {
 }
 
 impl LegendItem {
-    /// Largest number of items in a legend: three classes of settlements, three of roads, and the others.
+    /// Largest number of items in a legend without biomes: three classes of settlements, three of roads, and the others.
     const KINDS: usize = 10;
 
     fn about(self, interval_m: f64) -> String {
         match self {
+            LegendItem::Biome(biome) => format!("{}  {}", biome.code(), biome.name()),
             LegendItem::Road(RoadClass::Highway) => "highway".into(),
             LegendItem::Road(RoadClass::Road) => "road".into(),
             LegendItem::Road(RoadClass::Track) => "track".into(),
@@ -710,6 +743,7 @@ impl LegendItem {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preset::Preset;
 
     #[test]
     fn lengths_are_round_and_thousands_apart() {
@@ -737,28 +771,55 @@ mod tests {
 
     #[test]
     fn a_legend_has_room_for_all_that_a_map_shows() {
-        let style = Style::load("topographic").unwrap();
-        let drawn = (&style, Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.0 });
-        let scale = drawn.1;
-        let furniture = BTreeSet::from([Furniture::Legend, Furniture::Recipe]);
-        let captions = Captions { recipe: "terrane map alps --width 90 ".repeat(6), furniture, ..Captions::default() };
-        // Narrower than a column, as wide as a few columns, and as wide as everything below a map.
-        for map_mm in [1, 20, 40, 70, 100, 130, 200, 300, 400] {
-            let map = Area::new(-70, 30, 4 * map_mm, 200);
-            for explained in 1..=LegendItem::KINDS {
-                let place = LegendPlace::below(map_mm as f64, explained);
-                let page = Sheet::area_of(map, drawn, &captions, explained);
-                let rows = place.rows(explained);
-                let columns = explained.div_ceil(rows);
-                assert!(columns <= place.columns, "{map_mm} mm: {columns} columns");
-                let east_mm = place.from_mm + columns as f64 * COLUMN_MM;
-                assert!(scale.pixels(east_mm) <= (page.x1 - map.x0) as f64, "{map_mm} mm: a row is cut off");
-                let last_mm = FRAME_MM + 6.0 + place.top_mm + (rows - 1) as f64 * ROW_MM;
-                let recipe = recipe_lines(&captions.recipe, map, drawn).len();
-                let first_mm = (page.y1 - map.y1) as f64 / scale.pixels(1.0) - 3.0 - LINE_MM * (recipe - 1) as f64;
-                // The last row is about as high as the letters of the recipe.
-                assert!(last_mm + RECIPE_MM < first_mm, "{map_mm} mm: the recipe lies over the last of {rows} rows");
+        for style in ["topographic", "climate"] {
+            let style = Style::load(style).unwrap();
+            let form = LegendForm::of(&style);
+            let drawn = (&style, Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.0 });
+            let scale = drawn.1;
+            let furniture = BTreeSet::from([Furniture::Legend, Furniture::Recipe]);
+            let captions =
+                Captions { recipe: "terrane map alps --width 90 ".repeat(6), furniture, ..Captions::default() };
+            // Narrower than a column, as wide as a few columns, and as wide as everything below a map.
+            for map_mm in [1, 20, 40, 70, 100, 130, 200, 300, 400] {
+                let map = Area::new(-70, 30, 4 * map_mm, 200);
+                for explained in 1..=form.most {
+                    let place = form.below(map_mm as f64, explained);
+                    let page = Sheet::area_of(map, drawn, &captions, explained);
+                    let rows = place.rows(explained);
+                    let columns = explained.div_ceil(rows);
+                    assert!(columns <= place.columns, "{map_mm} mm: {columns} columns");
+                    let east_mm = place.from_mm + columns as f64 * form.column_mm;
+                    assert!(scale.pixels(east_mm) <= (page.x1 - map.x0) as f64, "{map_mm} mm: a row is cut off");
+                    let last_mm = FRAME_MM + 6.0 + place.top_mm + (rows - 1) as f64 * ROW_MM;
+                    let recipe = recipe_lines(&captions.recipe, map, drawn).len();
+                    let first_mm = (page.y1 - map.y1) as f64 / scale.pixels(1.0) - 3.0 - LINE_MM * (recipe - 1) as f64;
+                    // The last row is about as high as the letters of the recipe.
+                    assert!(
+                        last_mm + RECIPE_MM < first_mm,
+                        "{map_mm} mm: the recipe lies over the last of {rows} rows"
+                    );
+                }
             }
         }
+    }
+
+    #[test]
+    fn a_legend_names_the_biomes_that_the_map_shows() {
+        let (style, scale) =
+            (Style::load("climate").unwrap(), Scale { metres_per_pixel: 40_000.0, pixels_per_mm: 2.0 });
+        let chart = Chart::new(&Preset::load("world").unwrap().1, None, style, scale).unwrap();
+        let map = Area::new(-60, -45, 120, 90);
+        let items = |furniture: &[Furniture]| {
+            let furniture = furniture.iter().copied().collect();
+            Sheet::picture(&chart, map, &furniture, &Watch::default()).unwrap().legend()
+        };
+        let named = |items: Vec<LegendItem>| -> Vec<String> {
+            let biomes = items.into_iter().filter(|item| matches!(item, LegendItem::Biome(_)));
+            biomes.map(|biome| biome.about(100.0)).collect()
+        };
+        // From 60 degrees north to 30 there are several.
+        let shown = named(items(&[Furniture::Legend]));
+        assert!(shown.len() > 3 && shown.iter().any(|name| name.contains("forest")), "{shown:?}");
+        assert_eq!(named(items(&[])), [""; 0]);
     }
 }

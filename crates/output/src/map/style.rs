@@ -13,6 +13,7 @@ use crate::map::font::{Face, Font, Typeface};
 use crate::preset::map::Tint;
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::source::{Recipe, RecipeSources};
+use crate::world::World;
 
 /// The built-in styles, as name and text: the files of `styles/`.
 pub const STYLES: &[(&str, &str)] = &[
@@ -23,6 +24,7 @@ pub const STYLES: &[(&str, &str)] = &[
     ("relief", include_str!(concat!(env!("TERRANE_STYLES"), "/relief.toml"))),
     ("night", include_str!(concat!(env!("TERRANE_STYLES"), "/night.toml"))),
     ("plain", include_str!(concat!(env!("TERRANE_STYLES"), "/plain.toml"))),
+    ("climate", include_str!(concat!(env!("TERRANE_STYLES"), "/climate.toml"))),
 ];
 
 /// Appearance of a map: the content of a style file. Lengths are millimetres on paper, colours `"#rrggbb"`.
@@ -53,10 +55,14 @@ pub struct Style {
     pub labels: LabelsStyle,
 }
 
-/// Colours by height and depth, interpolated in OKLab.
+/// Colours by height and depth, interpolated in OKLab, or those of biomes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TintStyle {
+    /// Property of land that gives it its colour: its height, or its biome, whose colours are those of Peel et al. 2007.
+    /// Only a world with a geography has biomes. Default: "height".
+    #[serde(default)]
+    pub by: TintBy,
     /// Land of most presets, from the lowest to the highest.
     #[schemars(length(min = 2, max = 32))]
     pub temperate: Vec<ColourStop>,
@@ -72,6 +78,17 @@ pub struct TintStyle {
     /// Number of steps in which the colours of the sea change, 0 to 20; 0 is smooth.
     #[schemars(range(min = 0, max = 20))]
     pub depth_steps: u32,
+}
+
+/// Property of land that gives it its colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TintBy {
+    /// The height.
+    #[default]
+    Height,
+    /// The biome.
+    Biome,
 }
 
 /// A colour at a place on a scale of colours.
@@ -445,6 +462,20 @@ impl Style {
     /// When there is no such style, or when it cannot be read or understood.
     pub fn load(name_or_path: &str) -> Result<Style, Error> {
         RecipeSources::load(name_or_path)?.read_all()
+    }
+
+    /// Checks that a world has what maps in this style show.
+    ///
+    /// # Errors
+    /// When land is coloured by its biome, and the world has no geography.
+    pub fn check_for(&self, world: &World) -> Result<(), Error> {
+        if self.tint.by == TintBy::Height || world.geography().is_some() {
+            return Ok(());
+        }
+        Err(Error::Option {
+            message: "the style colours land by its biome, and this world has no climates".into(),
+            hint: "draw a world with a geography, such as the preset world, or take another style".into(),
+        })
     }
 
     /// Returns the JSON schema of style files.

@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use crate::area::{Area, TileId};
 use crate::clock::Clock;
 use crate::device::LandMaker;
+use crate::geography::biome::Biome;
 use crate::geometry::length;
+use crate::grain_point::{GRAINS, Point};
 use crate::grid::Grid;
 use crate::map::scale::Scale;
 use crate::map::weighted_sums::weigh;
@@ -152,6 +154,26 @@ impl MapTerrain {
     fn own(&self, id: TileId) -> Area {
         let side = i64::from(self.world.tile_cells());
         Area::new(id.x * side, id.y * side, side as usize, side as usize)
+    }
+
+    /// Returns the biomes of the pixels of an area, row by row, given the heights there. That of the sea is the one that
+    /// land at its level would have.
+    ///
+    /// # Panics
+    /// When the world has no geography.
+    pub fn biomes(&self, heights: &Grid<f32>, pixels: Area) -> Vec<Biome> {
+        let preset = self.world.preset();
+        let geography = self.world.geography().expect("the style was checked for the world");
+        let (sea_m, grains) =
+            (preset.sea_level_m.unwrap_or(0.0), self.scale.metres_per_pixel * GRAINS as f64 / preset.spacing_m);
+        let middle = |pixel: i64| ((pixel as f64 + 0.5) * grains) as i64;
+        let mut biomes = Vec::with_capacity(pixels.len());
+        for y in pixels.y0..pixels.y1 {
+            let places: Vec<Point> = (pixels.x0..pixels.x1).map(|x| Point { x: middle(x), y: middle(y) }).collect();
+            let climates = geography.climates(&places).into_iter().zip(heights.row(y, pixels.x0, pixels.x1));
+            biomes.extend(climates.map(|(climate, height_m)| climate.biome((f64::from(*height_m) - sea_m).max(0.0))));
+        }
+        biomes
     }
 
     fn patch(&self, id: TileId, clock: &Clock) -> Result<Arc<TerrainPatch>, Stopped> {

@@ -14,12 +14,14 @@ use crate::bake::FileRecord;
 use crate::error::Error;
 use crate::export::formats::format::Format;
 use crate::export::formats::georeference::Plane;
+use crate::export::formats::raster::quantity::RasterClass;
 use crate::export::formats::raster::{self, RasterLayer};
 use crate::export::formats::svg::escaped;
 use crate::export::formats::vector::{self, GeoPackage};
 use crate::export::plan::Plan;
 use crate::features::layer::GeometryType;
 use crate::file::write_whole;
+use crate::map::style::Colour;
 
 /// The file in the folder of the bake.
 pub(crate) const PATH: &str = "region.qgz";
@@ -131,6 +133,18 @@ impl Project {
                 "<rasterrenderer type=\"hillshade\" band=\"1\" azimuth=\"315\" angle=\"45\" zfactor=\"1\" multidirection=\"1\" \
                  alphaBand=\"-1\" opacity=\"1\"/>"
                     .to_owned()
+            }
+            1 if let Some(classes) = layer.classes => {
+                let entry = |(value, class): (usize, RasterClass)| {
+                    let colour = Colour(class.colour);
+                    let name = escaped(&class.name);
+                    format!("<paletteEntry value=\"{value}\" color=\"{colour}\" alpha=\"255\" label=\"{name}\"/>")
+                };
+                let entries: String = classes().into_iter().enumerate().map(entry).collect();
+                format!(
+                    "<rasterrenderer type=\"paletted\" band=\"1\" alphaBand=\"-1\" opacity=\"1\">\
+                     <colorPalette>{entries}</colorPalette></rasterrenderer>"
+                )
             }
             1 => {
                 let [min, max] = layer.shown.unwrap_or([0.0, f64::from(self.range_m.1)]);

@@ -29,6 +29,13 @@ pub(super) fn auxiliary(
             let (min_m, max_m) = (of_32_bits(range_m.0), of_32_bits(range_m.1));
             line(format_args!("  <Offset>{min_m}</Offset>\n    <Scale>{}</Scale>", (max_m - min_m) / 65535.0));
         }
+        if let Some(classes) = quantity.classes {
+            line(format_args!("  <CategoryNames>"));
+            for class in classes() {
+                line(format_args!("    <Category>{}</Category>", escaped(&class.name)));
+            }
+            line(format_args!("  </CategoryNames>"));
+        }
         if let Some(unit) = quantity.unit {
             line(format_args!("  <UnitType>{unit}</UnitType>"));
         }

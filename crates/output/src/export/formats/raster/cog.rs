@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::bake::FileRecord;
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::export::formats::raster::quantity::RasterClass;
 use crate::export::formats::raster::reduction::Reduction;
 use crate::export::formats::raster::sinks::{ImageDrawing, RasterFile, RegionWriter};
 use crate::export::formats::raster::statistics::Statistics;
@@ -259,8 +260,17 @@ impl CogWriter {
             (258, each(bits)),
             // Deflate.
             (259, one(8)),
-            // Red, green and blue; or grey, in which 0 is black.
-            (262, one(if is_rgb { 2 } else { 1 })),
+            // Red, green and blue; a palette; or grey, in which 0 is black.
+            (
+                262,
+                one(if is_rgb {
+                    2
+                } else if quantity.classes.is_some() {
+                    3
+                } else {
+                    1
+                }),
+            ),
             (277, one(channels as u16)),
             (284, one(1)),
             (317, one(predictor(self.sample))),
@@ -269,6 +279,9 @@ impl CogWriter {
             (324, places),
             (325, sizes),
         ]);
+        if let Some(classes) = quantity.classes {
+            tags.push((320, TagValues::Shorts(colour_map(&classes()))));
+        }
         if channels > 1 && !is_rgb {
             // The channels after the first are plain data, not opacity.
             tags.push((338, TagValues::Shorts(vec![0; channels - 1])));
@@ -339,6 +352,17 @@ fn geo_keys(plane: &str) -> Vec<u16> {
     ];
     // Version 1 of the key directory, revision 1.1 of the keys, and the number of keys.
     [[1, 1, 1, keys.len() as u16]].into_iter().chain(keys).flatten().collect()
+}
+
+/// Returns a TIFF's map of the 256 values of a byte to colours: all reds, all greens, then all blues, of 16 bits each.
+/// Values that stand for no class are black.
+fn colour_map(classes: &[RasterClass]) -> Vec<u16> {
+    let shade =
+        |channel: usize, value: usize| classes.get(value).map_or(0, |class| u16::from(class.colour[channel]) * 257);
+    (0..3)
+        .flat_map(|channel| (0..256).map(move |value| (channel, value)))
+        .map(|(channel, value)| shade(channel, value))
+        .collect()
 }
 
 /// Returns a text in ASCII, as TIFF demands. Each other letter becomes an XML character reference (`&#228;`).

@@ -33,7 +33,7 @@ use crate::export::formats::format::{Format, Lack, Request, file_name, folder};
 use crate::export::formats::raster::cog::CogWriter;
 use crate::export::formats::raster::image::{Image, Sidecar};
 use crate::export::formats::raster::product::NAMED;
-use crate::export::formats::raster::quantity::{MAP, Quantity};
+use crate::export::formats::raster::quantity::{MAP, Quantity, RasterClass};
 use crate::export::formats::raster::sinks::{RegionRaster, TileRasters};
 use crate::export::formats::raster::writer::{Encoding, RasterWriter};
 use crate::export::plan::options::TileNames;
@@ -59,6 +59,8 @@ pub(super) struct RasterLayer {
     pub channels: usize,
     /// Values that are shown as black and as white, if they are known before the raster is.
     pub shown: Option<[f64; 2]>,
+    /// The classes whose numbers the raster holds, if it holds such.
+    pub classes: Option<fn() -> Vec<RasterClass>>,
 }
 
 /// Returns the rasters of the whole region, among those of some exports, whose position GIS can read. If both a PNG and
@@ -79,6 +81,7 @@ pub(super) fn layers<'a>(exports: impl Iterator<Item = &'a str>) -> Vec<RasterLa
             path,
             channels: image.quantity.channels.len(),
             shown: image.quantity.shown,
+            classes: image.quantity.classes,
         }
     };
     images.iter().map(layer).collect()

@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 use crate::export::formats::raster::Rasters;
 use crate::export::formats::raster::image::Image;
 use crate::export::formats::raster::quantity::{
-    ACCUMULATION, ACCUMULATION_GREY, ASPECT, ASPECT_GREY, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY, DENSITIES,
-    FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, SLOPE, SLOPE_GREY, STEEPNESS, STEEPNESS_GREY, WATER,
-    WATER_DEPTH, WETNESS, WETNESS_GREY,
+    ACCUMULATION, ACCUMULATION_GREY, ASPECT, ASPECT_GREY, BIOME, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY,
+    DENSITIES, FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, RAIN, RAIN_GREY, SLOPE, SLOPE_GREY, STEEPNESS,
+    STEEPNESS_GREY, TEMPERATURE, TEMPERATURE_GREY, UPLIFT, UPLIFT_GREY, WATER, WATER_DEPTH, WETNESS, WETNESS_GREY,
 };
 use crate::export::formats::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
 use crate::tile::Growth;
@@ -30,7 +30,7 @@ struct GeoTiffs {
     images: &'static [Image],
 }
 
-static PRODUCTS: [RasterProduct; 17] = [
+static PRODUCTS: [RasterProduct; 21] = [
     RasterProduct {
         name: "height",
         about: "16-bit grey PNG of the region, over the world's height range",
@@ -203,6 +203,50 @@ static PRODUCTS: [RasterProduct; 17] = [
             name: "wetness-geotiff",
             about: "topographic wetness index as 32-bit float GeoTIFF",
             images: &[Image::new("wetness/wetness", &WETNESS, GeoTiff)],
+        }),
+    },
+    RasterProduct {
+        name: "temperature",
+        about: "mean temperature of the year, 8-bit grey PNG: 128 is 0 degrees Celsius, two greys a degree; whole worlds only",
+        images: &[Image::new("climate/temperature", &TEMPERATURE_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "temperature-geotiff",
+            about: "mean temperature of the year in degrees Celsius as 32-bit float GeoTIFF",
+            images: &[Image::new("climate/temperature", &TEMPERATURE, GeoTiff)],
+        }),
+    },
+    RasterProduct {
+        name: "rain",
+        about: "rain of a year, 8-bit grey PNG: 20 mm a grey; whole worlds only",
+        images: &[Image::new("climate/rain", &RAIN_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "rain-geotiff",
+            about: "rain in mm a year as 32-bit float GeoTIFF",
+            images: &[Image::new("climate/rain", &RAIN, GeoTiff)],
+        }),
+    },
+    RasterProduct {
+        name: "biome",
+        about: "climates of Koeppen and Geiger, 8-bit PNG with a palette: 0 sea, 1 Af to 30 EF; whole worlds only",
+        images: &[Image::new("climate/biome", &BIOME, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "biome-geotiff",
+            about: "the same numbers as an 8-bit GeoTIFF with a colour table",
+            images: &[Image::new("climate/biome", &BIOME, GeoTiff)],
+        }),
+    },
+    RasterProduct {
+        name: "uplift",
+        about: "rate at which the land rises, 8-bit grey PNG: 0 plains, 255 young ranges; whole worlds only",
+        images: &[Image::new("uplift/uplift", &UPLIFT_GREY, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "uplift-geotiff",
+            about: "uplift, 0 to 1, as 32-bit float GeoTIFF",
+            images: &[Image::new("uplift/uplift", &UPLIFT, GeoTiff)],
         }),
     },
     // One image per kind of object, since scatter tools take one mask for each kind that they plant.

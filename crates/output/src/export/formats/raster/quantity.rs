@@ -7,6 +7,7 @@ use crate::area::Area;
 use crate::export::formats::format::Lack;
 use crate::export::formats::raster::reduction::Reduction;
 use crate::export::formats::raster::writer::Sample;
+use crate::geography::biome::Biome;
 use crate::land::WaterKind;
 use crate::map;
 use crate::tile::{Growth, Material, TileView, WETTEST, has_rivers, has_water};
@@ -30,10 +31,19 @@ pub(crate) struct Quantity {
     pub shown: Option<[f64; 2]>,
     /// True for pictures in sRGB colours; all other rasters are data.
     pub is_colour: bool,
+    /// The classes of a raster whose samples are numbers of classes, from class 0 on.
+    pub classes: Option<fn() -> Vec<RasterClass>>,
     pub needs: Needs,
     pub paint: Paint,
     /// The same quantity with an opacity channel, for rasters of walks: these have only some of the region's tiles.
     pub with_gaps: Option<&'static Quantity>,
+}
+
+/// A class of a raster: its name, and the sRGB colour in which pictures show it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct RasterClass {
+    pub name: String,
+    pub colour: [u8; 3],
 }
 
 /// The part of a world that a quantity needs in addition to the tile itself.
@@ -43,6 +53,8 @@ pub(crate) enum Needs {
     /// Rivers or a sea.
     Water,
     Rivers,
+    /// A geography, which has climates.
+    Geography,
     /// The land far around a tile, since its water drains through the tile.
     Drainage,
 }
@@ -98,6 +110,7 @@ const fn plain(title: &'static str, sample: Sample, channels: &'static [&'static
             _ => None,
         },
         is_colour: false,
+        classes: None,
         needs: Needs::Nothing,
         paint,
         with_gaps: None,
@@ -366,6 +379,108 @@ pub(crate) static WETNESS: Quantity = Quantity {
     )
 };
 
+pub(crate) static TEMPERATURE_GREY: Quantity = Quantity {
+    needs: Needs::Geography,
+    ..grey(
+        "mean temperature",
+        &["mean temperature of the year, 0 = -64 degrees Celsius and less, 128 = 0, 255 = 63.5"],
+        Paint::Row(|view, row, samples| {
+            put_greys(samples, temperatures_c(view, row).map(|temperature_c| 2.0 * temperature_c + 128.0));
+        }),
+    )
+};
+
+pub(crate) static TEMPERATURE: Quantity = Quantity {
+    needs: Needs::Geography,
+    shown: Some([-30.0, 30.0]),
+    ..floats(
+        "mean temperature",
+        Some("degC"),
+        &["mean temperature of the year in degrees Celsius, at the ground or the surface of the sea"],
+        |view, row, samples| put_floats(samples, temperatures_c(view, row)),
+    )
+};
+
+fn temperatures_c(view: TileView, row: Area) -> impl Iterator<Item = f32> {
+    view.climates(row).into_iter().map(|(climate, height_m)| climate.temperature_c(height_m) as f32)
+}
+
+pub(crate) static RAIN_GREY: Quantity = Quantity {
+    needs: Needs::Geography,
+    ..grey(
+        "rain",
+        &["rain, 0 = 0 mm a year, 255 = 5100 mm a year and more"],
+        Paint::Row(|view, row, samples| put_greys(samples, rain_mm(view, row).map(|rain_mm| rain_mm / 20.0))),
+    )
+};
+
+pub(crate) static RAIN: Quantity = Quantity {
+    needs: Needs::Geography,
+    shown: Some([0.0, 3000.0]),
+    ..floats("rain", Some("mm/year"), &["rain in millimetres a year"], |view, row, samples| {
+        put_floats(samples, rain_mm(view, row));
+    })
+};
+
+fn rain_mm(view: TileView, row: Area) -> impl Iterator<Item = f32> {
+    view.climates(row).into_iter().map(|(climate, _)| climate.rain_mm_a_year() as f32)
+}
+
+pub(crate) static BIOME: Quantity = Quantity {
+    no_data: Some(0.0),
+    reduction: Reduction::Commonest,
+    shown: Some([0.0, 30.0]),
+    classes: Some(biomes),
+    needs: Needs::Geography,
+    ..grey(
+        "biome",
+        &["number of the biome in the order of Peel et al. 2007, 0 = sea, 1 = Af, 4 = BWh, 8 = Csa, 17 = Dsa, 30 = EF"],
+        Paint::Row(|view, row, samples| {
+            let climates = view.climates(row);
+            for (((x, y), number), (climate, height_m)) in row.vertices().zip(samples).zip(climates) {
+                *number = match view.lake_or_sea(x, y) {
+                    WaterKind::Sea => 0,
+                    WaterKind::Dry | WaterKind::River | WaterKind::Lake => 1 + climate.biome(height_m) as u8,
+                };
+            }
+        }),
+    )
+};
+
+/// Returns the classes of [`BIOME`]: the sea, then the biomes in their order.
+fn biomes() -> Vec<RasterClass> {
+    let sea = RasterClass { name: "sea".into(), colour: [255; 3] };
+    let class =
+        |biome: Biome| RasterClass { name: format!("{} {}", biome.code(), biome.name()), colour: biome.colour() };
+    [sea].into_iter().chain(Biome::all().map(class)).collect()
+}
+
+pub(crate) static UPLIFT_GREY: Quantity = Quantity {
+    needs: Needs::Geography,
+    ..grey(
+        "uplift",
+        &["uplift, 0 = 0, 255 = 1"],
+        Paint::Row(|view, row, samples| put_greys(samples, uplifts(view, row).map(|uplift| uplift * 255.0))),
+    )
+};
+
+pub(crate) static UPLIFT: Quantity = Quantity {
+    needs: Needs::Geography,
+    shown: Some([0.0, 1.0]),
+    ..floats(
+        "uplift",
+        None,
+        &["uplift, 0.02 in plains, 0.1 in hills, up to 1 in young ranges"],
+        |view, row, samples| {
+            put_floats(samples, uplifts(view, row));
+        },
+    )
+};
+
+fn uplifts(view: TileView, row: Area) -> impl Iterator<Item = f32> {
+    view.uplifts(row).into_iter().map(|uplift| uplift as f32)
+}
+
 /// The densities of plants and rocks, in the order of [`Growth::ALL`].
 pub(crate) static DENSITIES: [Quantity; Growth::ALL.len()] =
     [density(Growth::Tree), density(Growth::Shrub), density(Growth::Grass), density(Growth::Rock)];
@@ -395,7 +510,8 @@ impl Quantity {
     pub fn gap(&self) -> Option<[u8; 4]> {
         match (self.paint, self.sample) {
             (Paint::Map, Sample::Rgba8) => Some([0; 4]),
-            _ => self.no_data.map(f32::to_le_bytes),
+            (_, Sample::Float32) => self.no_data.map(f32::to_le_bytes),
+            _ => None,
         }
     }
 
@@ -408,7 +524,13 @@ impl Quantity {
             has: "neither rivers nor a sea",
             preset: "a preset with [fluvial], [rivers] or sea_level_m",
         };
+        let geography = Lack {
+            shows: "what a whole world has at large",
+            has: "no geography",
+            preset: "a preset with [geography], such as world",
+        };
         match self.needs {
+            Needs::Geography => world.geography().is_none().then_some(geography),
             Needs::Rivers => (!has_rivers(world)).then_some(rivers),
             Needs::Water => (!has_water(world)).then_some(water),
             Needs::Nothing | Needs::Drainage => None,

@@ -295,6 +295,7 @@ impl RasterFile {
             size: (self.width, self.height),
             layer: file_name(image.stem),
             is_colour: image.quantity.is_colour,
+            palette: image.quantity.classes.map(|classes| classes().iter().flat_map(|class| class.colour).collect()),
             facts: &drawing.facts(self.tile),
         };
         RasterWriter::create(drawing.out.join(&self.path), &form)

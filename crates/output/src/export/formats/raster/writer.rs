@@ -109,6 +109,8 @@ pub(crate) struct RasterForm<'a> {
     pub layer: &'a str,
     /// True for pictures in sRGB colours; all other rasters are data.
     pub is_colour: bool,
+    /// Red, green and blue of the colours whose numbers the samples are, in files that can hold them (PNG).
+    pub palette: Option<Vec<u8>>,
     /// The metadata that is written into the file.
     pub facts: &'a Facts,
 }
@@ -135,10 +137,11 @@ impl RasterWriter {
             Encoding::Png => {
                 let file = SharedFile::new(file);
                 let size = (narrow(width), narrow(height));
-                let stream = png_writer(file.clone(), form.sample, size, form.is_colour, form.facts)
-                    // Chunks of 256 KiB: fewer chunks mean fewer headers, checksums and writes.
-                    .and_then(|writer| writer.into_stream_writer_with_size(1 << 18))
-                    .map_err(png_error(&path))?;
+                let stream =
+                    png_writer(file.clone(), form.sample, size, form.is_colour, form.palette.clone(), form.facts)
+                        // Chunks of 256 KiB: fewer chunks mean fewer headers, checksums and writes.
+                        .and_then(|writer| writer.into_stream_writer_with_size(1 << 18))
+                        .map_err(png_error(&path))?;
                 Ok(RasterWriter::Png { file, stream: Box::new(stream) })
             }
             Encoding::GeoTiff => {
@@ -174,7 +177,7 @@ impl RasterWriter {
 pub fn png_bytes(sample: Sample, size: (u32, u32), srgb: bool, rows: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut write = || {
-        let mut writer = png_writer(&mut bytes, sample, size, srgb, &Facts::default())?;
+        let mut writer = png_writer(&mut bytes, sample, size, srgb, None, &Facts::default())?;
         writer.write_image_data(rows)?;
         writer.finish()
     };
@@ -187,10 +190,12 @@ fn png_writer<W: Write>(
     sample: Sample,
     (width, height): (u32, u32),
     srgb: bool,
+    palette: Option<Vec<u8>>,
     facts: &Facts,
 ) -> Result<png::Writer<W>, png::EncodingError> {
     let mut encoder = png::Encoder::new(file, width, height);
     let (colour, depth) = match sample {
+        Sample::Grey8 if palette.is_some() => (png::ColorType::Indexed, png::BitDepth::Eight),
         Sample::Grey8 => (png::ColorType::Grayscale, png::BitDepth::Eight),
         Sample::Grey16 => (png::ColorType::Grayscale, png::BitDepth::Sixteen),
         Sample::Rgb8 => (png::ColorType::Rgb, png::BitDepth::Eight),
@@ -199,6 +204,9 @@ fn png_writer<W: Write>(
     };
     encoder.set_color(colour);
     encoder.set_depth(depth);
+    if let Some(palette) = palette {
+        encoder.set_palette(palette);
+    }
     if srgb {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     }

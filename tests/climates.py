@@ -1,0 +1,61 @@
+"""Reads the climates of a bake with rasterio, as GIS does: python tests/climates.py BAKE
+
+BAKE must be of a whole world with the exports exr, temperature, rain, biome and uplift, and the GeoTIFFs of these four. Needs the
+PyPI packages numpy, OpenEXR and rasterio. Exits with 1 if one check has failed.
+"""
+
+import sys
+import xml.etree.ElementTree
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import rasterio
+
+from checks import Checks
+
+# Greys for each unit, and the grey of 0.
+GREYS = {"climate/temperature": (2.0, 128.0), "climate/rain": (1 / 20, 0.0), "uplift/uplift": (255.0, 0.0)}
+# Degrees that it is colder for each metre up.
+LAPSE = 0.0065
+
+
+def check_greys(folder, checks):
+    for path, (scale, zero) in GREYS.items():
+        with rasterio.open(folder / f"{path}.tif") as tiff, rasterio.open(folder / f"{path}.png") as png:
+            values, greys = tiff.read(1).astype(float), png.read(1).astype(float)
+            off = np.abs(greys - np.clip(values * scale + zero, 0, 255)).max()
+            checks.check(off < 0.51, f"{path}: largest distance of the picture's greys from the values", f"{off:.3f}")
+
+
+def check_temperature(folder, checks):
+    heights = next(iter(OpenEXR.File(str(folder / "height/height.exr")).channels().values())).pixels.astype(float)
+    with rasterio.open(folder / "climate/temperature.tif") as tiff:
+        at_the_sea = tiff.read(1) + LAPSE * np.maximum(heights, 0)
+    # At the level of the sea it changes by some degrees in 1,000 km.
+    off = np.ptp(at_the_sea)
+    checks.check(off < 1, "degrees by which the temperature at the sea's level differs within the region", f"{off:.3f}")
+
+
+def check_biomes(folder, checks):
+    with rasterio.open(folder / "climate/biome.tif") as tiff, rasterio.open(folder / "climate/biome.png") as png:
+        numbers, same = tiff.read(1), png.read(1)
+        checks.check((numbers == same).all(), "biomes of TIFF and PNG are the same numbers", sorted(np.unique(numbers)))
+        colours = [picture.colormap(1) for picture in (tiff, png)]
+        checks.check(all(colours[0][n] == colours[1][n] for n in range(31)), "and have the same colours", colours[0][1])
+        checks.check(colours[0][4][:3] == (255, 0, 0), "hot deserts are red, as with Peel et al.", colours[0][4])
+        checks.check(numbers.max() <= 30 and tiff.nodata == 0, "the sea has no data", tiff.nodata)
+    categories = xml.etree.ElementTree.parse(folder / "climate/biome.png.aux.xml").findall(".//CategoryNames/Category")
+    checks.check(len(categories) == 31 and categories[15].text == "Cfb oceanic forest", "categories", len(categories))
+
+
+def main():
+    folder, checks = Path(sys.argv[1]), Checks()
+    for check in (check_greys, check_temperature, check_biomes):
+        check(folder, checks)
+    print(f"{checks.done} checks of {folder}, {checks.failed} failed")
+    return 1 if checks.failed or not checks.done else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

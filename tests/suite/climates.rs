@@ -1,0 +1,184 @@
+//! Rasters and maps of climate and uplift: what the geography says of each place, and refused where there is none.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use terrane::area::{Area, Region, Stride, TileId};
+use terrane::clock::Clock;
+use terrane::export::{Export, Mode, Output, Plan};
+use terrane::geography::biome::Biome;
+use terrane::grain_point::{GRAINS, Point};
+use terrane::land::WaterKind;
+use terrane::map::Chart;
+use terrane::map::scale::Scale;
+use terrane::map::style::Style;
+use terrane::preset::Preset;
+use terrane::recipe::source::RecipeSources;
+use terrane::tile::{Tile, TileView};
+use terrane::watch::Watch;
+use terrane::world::World;
+
+/// A whole world with small tiles.
+fn whole() -> &'static World {
+    static WORLD: LazyLock<World> = LazyLock::new(|| {
+        let (_, mut preset) = Preset::load("world").unwrap();
+        (preset.tile_cells, preset.places) = (64, None);
+        World::new(preset, None).unwrap()
+    });
+    &WORLD
+}
+
+/// Returns the tile of a coast: the first from the origin to the east with both land and sea.
+fn coast() -> TileId {
+    static COAST: LazyLock<TileId> = LazyLock::new(|| {
+        let geography = whole().geography().unwrap();
+        // In tiles: first 20 km, then a tile at a time.
+        let is_land = |x: i64| geography.land_at_large(&[Point::at_vertex(x * 64, 0)])[0].continent > 0.0;
+        let far = (1..).find(|n| is_land(n * 32) != is_land(0)).unwrap() * 32;
+        let near = (far - 32..=far).find(|x| is_land(*x) != is_land(0)).unwrap();
+        let both = |id: &TileId| {
+            let tile = Tile::new(whole(), *id);
+            let view = TileView::new(&tile, whole());
+            let seas = tile.area().vertices().filter(|(x, y)| view.lake_or_sea(*x, *y) == WaterKind::Sea).count();
+            (200..tile.area().len() - 200).contains(&seas)
+        };
+        let around = (0..40).flat_map(|n| [near + n, near - n]).map(|x| TileId { x, y: 0 });
+        around.into_iter().find(both).expect("the coast is near the shore at large")
+    });
+    *COAST
+}
+
+#[test]
+fn neighbours_agree_on_climate_and_uplift() {
+    let world = whole();
+    for at in [TileId { x: -1, y: -1 }, TileId { x: 1_000_000_000, y: -1_000_000_000 }] {
+        let row = |id: TileId, y: i64| {
+            let tile = Tile::new(world, id);
+            let view = TileView::new(&tile, world);
+            let Area { x0, .. } = tile.area();
+            let row = Area::new(x0, y, 65, 1);
+            let numbers = view.climates(row).into_iter().zip(view.uplifts(row));
+            numbers.map(|((climate, height_m), uplift)| (climate, height_m.to_bits(), uplift)).collect::<Vec<_>>()
+        };
+        let y = at.y * 64;
+        let (here, east, north) =
+            (row(at, y), row(TileId { x: at.x + 1, ..at }, y), row(TileId { y: at.y - 1, ..at }, y));
+        assert_eq!(here, north);
+        assert_eq!(here[64], east[0]);
+    }
+}
+
+#[test]
+fn the_rasters_hold_the_climate_and_the_uplift_of_each_vertex() {
+    let (world, id) = (whole(), coast());
+    let folder = tempfile::tempdir().unwrap();
+    let region = Region::new(id, 1, 1, world.tile_cells()).unwrap();
+    let exports =
+        "temperature,rain,biome,uplift,biome-tiles,temperature-geotiff,rain-geotiff,biome-geotiff,uplift-geotiff";
+    let plan = Plan::new(world, "world", region, Export::parse_list(exports).unwrap()).unwrap();
+    let cost = plan.cost(2);
+    plan.run(&Output::prepare(folder.path(), Mode::New, &plan, &cost).unwrap(), &Watch::default()).unwrap();
+    let [temperatures, rains, uplifts] = ["climate/temperature.png", "climate/rain.png", "uplift/uplift.png"]
+        .map(|name| samples(&folder.path().join(name), png::ColorType::Grayscale).0);
+    let (biomes, palette) = samples(&folder.path().join("climate/biome.png"), png::ColorType::Indexed);
+    assert_eq!(samples(&folder.path().join("climate/biome_x0_y0.png"), png::ColorType::Indexed).0, biomes);
+    let tile = Tile::new(world, id);
+    let view = TileView::new(&tile, world);
+    let mut seas = 0;
+    for (index, (x, y)) in tile.area().vertices().enumerate() {
+        let setting = world.geography().unwrap().settings_at(&[Point::at_vertex(x, y)])[0];
+        let height_m = f64::from(tile.heights().at(x, y)).max(0.0);
+        let near =
+            |grey: u8, value: f64| assert!((f64::from(grey) - value).abs() < 0.51, "{grey} at {x}, {y}: {value}");
+        near(temperatures[index], 128.0 + 2.0 * setting.climate.temperature_c(height_m));
+        near(rains[index], setting.climate.rain_mm_a_year() / 20.0);
+        near(uplifts[index], setting.land.uplift * 255.0);
+        let number = usize::from(biomes[index]);
+        if view.lake_or_sea(x, y) == WaterKind::Sea {
+            assert_eq!(number, 0);
+            seas += 1;
+            continue;
+        }
+        let biome = setting.climate.biome(height_m);
+        assert_eq!(Biome::all().nth(number - 1), Some(biome));
+        assert_eq!(palette[3 * number..][..3], biome.colour());
+    }
+    assert!(seas > 0 && seas < tile.area().len(), "{seas} vertices of sea");
+    let auxiliary = std::fs::read_to_string(folder.path().join("climate/biome.png.aux.xml")).unwrap();
+    assert!(auxiliary.contains("<Category>sea</Category>") && auxiliary.contains("<Category>Cfb oceanic forest"));
+}
+
+#[test]
+fn a_world_without_a_geography_has_no_climate() {
+    let world = World::new(Preset::load("alps").unwrap().1, None).unwrap();
+    let region = Region::new(TileId { x: 0, y: 0 }, 1, 1, world.tile_cells()).unwrap();
+    for name in ["temperature", "rain-tiles", "biome-geotiff", "uplift"] {
+        let error = Plan::new(&world, "alps", region, Export::parse_list(name).unwrap()).err().unwrap();
+        assert_eq!(error.exit_code(), 2);
+        let said = format!("{error}; {}", error.hint().unwrap());
+        assert!([name, "no geography", "[geography]", "world", "height"].iter().all(|it| said.contains(it)), "{said}");
+        let others = said.split_once("exports for this one").unwrap().1;
+        assert!(!others.contains("biome"), "{others}");
+    }
+}
+
+/// Returns the samples of an 8-bit PNG with one channel of that kind, and its palette, which may be empty.
+fn samples(path: &Path, kind: png::ColorType) -> (Vec<u8>, Vec<u8>) {
+    let mut decoder = png::Decoder::new(BufReader::new(File::open(path).unwrap()));
+    decoder.set_transformations(png::Transformations::IDENTITY);
+    let mut reader = decoder.read_info().unwrap();
+    let mut samples = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut samples).unwrap();
+    assert_eq!((info.color_type, info.bit_depth), (kind, png::BitDepth::Eight));
+    let palette = reader.info().palette.as_deref().map_or(Vec::new(), <[u8]>::to_vec);
+    (samples, palette)
+}
+
+#[test]
+fn a_map_in_the_style_climate_has_the_colours_of_the_biomes() {
+    let (_, preset) = Preset::load("world").unwrap();
+    // Without light, so that the colours are bare.
+    let text = "extends = \"climate\"\n[relief]\nstrength = 0\nhighlight = 0\ntexture = 0\n[water]\ndraw = false\n\
+                [labels]\ndraw = false\n[places]\ndraw = false";
+    let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+    let scale = Scale { metres_per_pixel: 8000.0, pixels_per_mm: 4.0 };
+    let chart = Chart::new(&preset, None, style, scale).unwrap();
+    let at = coast().x * 64 / 800;
+    let area = Area::new(at - 40, -30, 80, 60);
+    let clock = Clock::default();
+    let pixels = chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap();
+    let heights = chart.heights_m(area, &clock).unwrap();
+    let geography = whole().geography().unwrap();
+    let mut seen = BTreeSet::new();
+    for (index, (x, y)) in area.vertices().enumerate().filter(|(index, _)| heights[*index] > 100.0) {
+        let [x, y] = [x, y].map(|pixel| pixel * 800 * GRAINS + 400 * GRAINS);
+        let biome = geography.climates(&[Point { x, y }])[0].biome(f64::from(heights[index]));
+        let drawn = &pixels[3 * index..][..3];
+        let off = drawn.iter().zip(biome.colour()).map(|(drawn, own)| drawn.abs_diff(own)).max().unwrap();
+        assert!(off <= 1, "{drawn:?} at {x}, {y} for {biome:?}");
+        seen.insert(biome);
+    }
+    assert!(seen.len() > 1, "{seen:?}");
+}
+
+#[test]
+fn a_world_without_a_geography_has_no_map_of_its_climate() {
+    let scale = Scale { metres_per_pixel: 100.0, pixels_per_mm: 4.0 };
+    let error = Chart::new(&Preset::load("alps").unwrap().1, None, Style::load("climate").unwrap(), scale).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("no climates") && error.hint().unwrap().contains("world"), "{error}");
+}
+
+#[test]
+fn nodes_of_a_stride_have_the_climates_of_their_vertices() {
+    let coarse = whole().at_stride(Stride::ONE.twice().twice());
+    let tile = Tile::new(&coarse, TileId { x: 3, y: -2 });
+    let Area { x0, y0, .. } = tile.area();
+    let row = TileView::new(&tile, &coarse).climates(Area::new(x0, y0, 5, 1));
+    let places: Vec<Point> = (x0..x0 + 5).map(|x| Point::at_vertex(4 * x, 4 * y0)).collect();
+    let climates: Vec<_> = row.into_iter().map(|(climate, _)| climate).collect();
+    assert_eq!(climates, whole().geography().unwrap().climates(&places));
+}
