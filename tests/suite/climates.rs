@@ -37,7 +37,7 @@ fn coast() -> TileId {
         let geography = whole().geography().unwrap();
         // In tiles: first 20 km, then a tile at a time.
         let is_land = |x: i64| geography.land_at_large(&[Point::at_vertex(x * 64, 0)])[0].continent > 0.0;
-        let far = (1..).find(|n| is_land(n * 32) != is_land(0)).unwrap() * 32;
+        let far = (1..100_000).find(|n| is_land(n * 32) != is_land(0)).unwrap() * 32;
         let near = (far - 32..=far).find(|x| is_land(*x) != is_land(0)).unwrap();
         let both = |id: &TileId| {
             let tile = Tile::new(whole(), *id);

@@ -193,8 +193,10 @@ register! {
     Continents = 42 << 32, 1;
     /// Plates of the crust, of today and of an earlier age: their positions, kinds and movements.
     Plates = 43 << 32, 2;
+    /// Bends of the borders between plates, east and south, of today's plates and of those of an earlier age.
+    PlateBends = 44 << 32, 4;
     /// Noise of the geography, by its purpose.
-    Geography = 44 << 32, PARTS;
+    Geography = 45 << 32, PARTS;
 }
 
 /// The number of a stream, or of a part of a stream.

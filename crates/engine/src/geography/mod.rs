@@ -21,7 +21,7 @@ pub mod biome;
 pub mod climate;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
-use plates::{Crust, Plates};
+use plates::Plates;
 use settings::GeographySettings;
 use spline::SplineLattice;
 use turned_noise::TurnedNoise;
@@ -50,9 +50,8 @@ const PLANNED_M: [f64; 3] = [4000.0, 500.0, 3200.0];
 /// Uplift of the flattest plains.
 pub const LEAST_UPLIFT: f64 = 0.012;
 
-/// Wavelengths, as shares of a plate's side: of the bends of the borders between plates, of swings of the ranges within
-/// a belt, of the strength of ranges, of hills away from belts, and of islands in an arc.
-const BORDER_WAVE: f64 = 0.9;
+/// Wavelengths, as shares of a plate's side: of swings of the ranges within a belt, of the strength of ranges, of hills
+/// away from belts, and of islands in an arc.
 const SWING_WAVE: f64 = 0.2;
 const RANGE_WAVE: f64 = 0.094;
 const HILL_WAVE: f64 = 0.31;
@@ -64,9 +63,6 @@ const OUTLINE_WAVE: f64 = 0.21;
 /// Amplitude of each octave of the outline and of the coasts, as a share of the one before: so much that coasts have the
 /// dimension of Earth's, 1.2.
 const COAST_GAIN: f64 = 0.75;
-
-/// Greatest bend of the borders between plates, as a share of a plate's side.
-const BORDER_BEND: f64 = 0.44;
 
 /// Distance from one range of a belt to the next, as a share of a plate's side, and the swing of ranges to the side, as
 /// a multiple of this distance.
@@ -83,8 +79,6 @@ pub struct Geography {
     settings: GeographySettings,
     plates: Plates,
     old_plates: Plates,
-    /// Bends of the borders between plates, east and south; then those between old plates.
-    bends: [[TurnedNoise; 2]; 2],
     /// The outline of continents, and of their coasts and islands.
     outline: TurnedNoise,
     coasts: TurnedNoise,
@@ -129,19 +123,17 @@ impl Geography {
         let noise = |part, wavelength, octaves, gain| {
             TurnedNoise::new(wavelength, octaves, gain, hash::stream(seed, Stream::Geography.of(part)))
         };
-        let bend = |part| noise(part, BORDER_WAVE * plate, 4, 0.5);
         let mut geography = Geography {
             settings: settings.clone(),
             plates: Plates::new(plate, continent, false, seed),
             // They need not fit the new ones, so their cells should not lie upon theirs.
             old_plates: Plates::new(1.1 * plate, continent, true, seed),
-            bends: [[bend(0), bend(1)], [bend(2), bend(3)]],
-            outline: noise(4, OUTLINE_WAVE * continent, 2, COAST_GAIN),
-            coasts: noise(9, OUTLINE_WAVE / 4.0 * continent, 4, COAST_GAIN),
-            swing: noise(5, SWING_WAVE * plate, 3, 0.5),
-            ranges: noise(6, RANGE_WAVE * plate, 3, 0.5),
-            hills: noise(7, HILL_WAVE * plate, 3, 0.5),
-            arcs: noise(8, ARC_WAVE * plate, 2, 0.5),
+            outline: noise(0, OUTLINE_WAVE * continent, 2, COAST_GAIN),
+            coasts: noise(1, OUTLINE_WAVE / 4.0 * continent, 4, COAST_GAIN),
+            swing: noise(2, SWING_WAVE * plate, 3, 0.5),
+            ranges: noise(3, RANGE_WAVE * plate, 3, 0.5),
+            hills: noise(4, HILL_WAVE * plate, 3, 0.5),
+            arcs: noise(5, ARC_WAVE * plate, 2, 0.5),
             sea: 0.0,
             land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
             climate: Climate::new(settings, metres_a_grain),
@@ -217,18 +209,10 @@ impl Geography {
         self.climate.latitude(at)
     }
 
-    /// Returns the crust at places of one of the two ages of plates.
-    fn crust(&self, plates: &Plates, [east, south]: &[TurnedNoise; 2], places: &[Point]) -> Vec<Crust> {
-        let most = BORDER_BEND * plates.side();
-        let bends = east.at_all(places).into_iter().zip(south.at_all(places));
-        let bent = places.iter().zip(bends).map(|(at, (east, south))| at.moved([most * east, most * south].into()));
-        plates.crust(bent)
-    }
-
     /// Returns the numbers of the land at large at nodes.
     fn nodes(&self, places: &[Point]) -> Vec<[f32; 4]> {
-        let crusts = self.crust(&self.plates, &self.bends[0], places);
-        let old_crusts = self.crust(&self.old_plates, &self.bends[1], places);
+        let crusts = self.plates.crust(places);
+        let old_crusts = self.old_plates.crust(places);
         let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
         let noise = noise.map(|noise| noise.at_all(places));
         let node = |n: usize| {

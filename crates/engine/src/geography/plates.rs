@@ -8,8 +8,10 @@
 
 use glam::DVec2;
 
+use super::turned_noise::TurnedNoise;
 use crate::grain_point::Point;
 use crate::hash::{self, Stream};
+use crate::noise::point_noise::PointField;
 
 /// Greatest distance of a point from the middle of its cell along each axis, as a share of the cell's side.
 const PLATE_JITTER: f64 = 0.4;
@@ -28,6 +30,10 @@ const KIND_CHANCE: f64 = 0.5;
 const BLENDED: f64 = 0.45;
 const BELT: f64 = 0.5;
 
+/// Wavelength of the bends of the borders between plates, and their greatest bend, as shares of a plate's side.
+const BORDER_WAVE: f64 = 0.9;
+const BORDER_BEND: f64 = 0.44;
+
 /// Cells around a place whose plates can count there.
 const CELLS: i64 = 2;
 
@@ -39,6 +45,8 @@ const MOST_BESIDE: f64 = 4.0 / 27.0;
 pub struct Plates {
     seed: u64,
     continents: u64,
+    /// Bends of the borders between plates, east and south.
+    bends: [TurnedNoise; 2],
     /// Sides of the cells of plates and of continents, in grains.
     side: i64,
     continent_side: i64,
@@ -76,6 +84,10 @@ impl Plates {
         Plates {
             seed: hash::stream(seed, Stream::Plates.of(u64::from(is_old))),
             continents: hash::stream(seed, Stream::Continents),
+            bends: [0, 1].map(|axis| {
+                let seed = hash::stream(seed, Stream::PlateBends.of(2 * u64::from(is_old) + axis));
+                TurnedNoise::new(BORDER_WAVE * side, 4, 0.5, seed)
+            }),
             side: side.round().max(1.0) as i64,
             continent_side: continent_side.round().max(1.0) as i64,
         }
@@ -117,20 +129,27 @@ impl Plates {
     }
 
     /// Returns the crust at places. Places of the same cell share its plates, so neighbours should follow each other.
-    pub fn crust(&self, places: impl IntoIterator<Item = Point>) -> Vec<Crust> {
-        let mut around: Option<((i64, i64), Vec<Plate>)> = None;
-        let mut crust = |at: Point| {
+    pub fn crust(&self, places: &[Point]) -> Vec<Crust> {
+        let most = BORDER_BEND * self.side();
+        let [east, south] = self.bends.each_ref().map(|bend| bend.at_all(places));
+        let bent = places.iter().zip(east.into_iter().zip(south));
+        let mut last: Option<((i64, i64), Vec<Plate>)> = None;
+        let crust = |(at, (east, south)): (&Point, (f64, f64))| {
+            let at = at.moved(DVec2::new(east, south) * most);
             let ((i, x), (j, y)) = (split(at.x, self.side), split(at.y, self.side));
-            let (_, plates) = match around.take().filter(|(cell, _)| *cell == (i, j)) {
-                Some(same) => around.insert(same),
-                None => {
-                    let cells = (-CELLS..=CELLS).flat_map(|dj| (-CELLS..=CELLS).map(move |di| (di, dj)));
-                    around.insert(((i, j), cells.map(|off| self.plate((i, j), off)).collect()))
-                }
-            };
-            blended(plates, DVec2::new(x, y))
+            let plates =
+                last.take().filter(|(cell, _)| *cell == (i, j)).map_or_else(|| self.around((i, j)), |same| same.1);
+            let crust = blended(&plates, DVec2::new(x, y));
+            last = Some(((i, j), plates));
+            crust
         };
-        places.into_iter().map(&mut crust).collect()
+        bent.map(crust).collect()
+    }
+
+    /// Returns the plates that can count in a cell.
+    fn around(&self, cell: (i64, i64)) -> Vec<Plate> {
+        let cells = (-CELLS..=CELLS).flat_map(|dj| (-CELLS..=CELLS).map(move |di| (di, dj)));
+        cells.map(|off| self.plate(cell, off)).collect()
     }
 }
 

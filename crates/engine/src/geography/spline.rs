@@ -14,13 +14,16 @@ const BEYOND: [i64; 2] = [1, 2];
 /// Nodes a side of a patch, with those beyond its own.
 const STORED: i64 = PATCH + BEYOND[0] + BEYOND[1];
 
+/// A patch of nodes: its column and row.
+type SplinePatch = (i64, i64);
+
 /// `N` numbers for each place, known at the nodes of a lattice. Between nodes they follow a cubic B-spline: smooth, with
 /// continuous curvature, and never beyond the nodes' least and greatest number.
 #[derive(Debug)]
 pub struct SplineLattice<const N: usize> {
     /// Grains from one node to the next.
     step: i64,
-    patches: Memory<(i64, i64), Vec<[f32; N]>>,
+    patches: Memory<SplinePatch, Vec<[f32; N]>>,
 }
 
 impl<const N: usize> SplineLattice<N> {
@@ -37,7 +40,7 @@ impl<const N: usize> SplineLattice<N> {
     /// Returns the numbers at places. `make` computes those of nodes.
     pub fn at_all(&self, places: &[Point], make: impl Fn(&[Point]) -> Vec<[f32; N]>) -> Vec<[f64; N]> {
         let side = PATCH * self.step;
-        let mut last: Option<((i64, i64), Arc<Vec<[f32; N]>>)> = None;
+        let mut last: Option<(SplinePatch, Arc<Vec<[f32; N]>>)> = None;
         let at = |at: &Point| {
             let patch = (at.x.div_euclid(side), at.y.div_euclid(side));
             let nodes = match last.take().filter(|(own, _)| *own == patch) {
@@ -52,7 +55,7 @@ impl<const N: usize> SplineLattice<N> {
     }
 
     /// Returns the places of the nodes of a patch, row by row.
-    fn nodes(&self, (column, row): (i64, i64)) -> Vec<Point> {
+    fn nodes(&self, (column, row): SplinePatch) -> Vec<Point> {
         let first = [column * PATCH - BEYOND[0], row * PATCH - BEYOND[0]];
         let node = |n: i64| Point { x: (first[0] + n % STORED) * self.step, y: (first[1] + n / STORED) * self.step };
         (0..STORED * STORED).map(node).collect()
