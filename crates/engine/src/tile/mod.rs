@@ -3,6 +3,7 @@
 mod accumulation;
 mod blend;
 mod digest;
+mod ground_climate;
 mod grows;
 mod instances;
 mod masks;
