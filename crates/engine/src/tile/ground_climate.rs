@@ -171,6 +171,7 @@ fn rise<S: Simd>(simd: S, value: S::F32, [from, to]: [f32; 2]) -> S::F32 {
 mod tests {
     use super::*;
     use crate::area::{Stride, TileId};
+    use crate::geography::Setting;
     use crate::preset::Preset;
     use crate::tile::{Material, Tile};
 
@@ -180,18 +181,22 @@ mod tests {
         World::new(preset, None).unwrap()
     }
 
-    /// Finds the tile on plains within the land with the least score, given climate and drought.
-    fn plain(world: &World, score: fn(&PlaceClimate, f64) -> f64) -> TileId {
-        // Every 100 km, from the north pole to beyond the equator.
-        let apart = (100_000.0 / (world.spacing_m() * f64::from(world.tile_cells()))) as i64;
-        let ids = Area::new(-80, -40, 161, 160).vertices().map(|(x, y)| TileId { x: x * apart, y: y * apart });
+    /// Returns tiles 200 km from each other, from the north pole to beyond the equator, with what is there at large.
+    fn places(world: &World) -> Vec<(TileId, Setting)> {
+        let apart = (200_000.0 / (world.spacing_m() * f64::from(world.tile_cells()))) as i64;
+        let ids = Area::new(-25, -20, 51, 71).vertices().map(|(x, y)| TileId { x: x * apart, y: y * apart });
         let corner = |id: TileId| {
             let Area { x0, y0, .. } = id.area(world.tile_cells());
             Point::at_vertex(x0, y0)
         };
         let settings = world.geography().unwrap().settings_at(&ids.clone().map(corner).collect::<Vec<_>>());
-        let plains = ids.zip(settings).filter(|(_, at)| at.land.continent > 0.1 && at.land.uplift < 0.05);
-        let scored = plains.map(|(id, at)| (score(&at.climate, at.climate.drought(at.land.planned_m())), id));
+        ids.zip(settings).collect()
+    }
+
+    /// Finds the tile on plains within the land with the least score, given climate and drought.
+    fn plain(places: &[(TileId, Setting)], score: fn(&PlaceClimate, f64) -> f64) -> TileId {
+        let plains = places.iter().filter(|(_, at)| at.land.continent > 0.1 && at.land.uplift < 0.05);
+        let scored = plains.map(|(id, at)| (score(&at.climate, at.climate.drought(at.land.planned_m())), *id));
         scored.min_by(|one, other| one.0.total_cmp(&other.0)).expect("a world has plains").1
     }
 
@@ -210,13 +215,14 @@ mod tests {
     #[test]
     fn deserts_are_bare_and_wet_plains_wooded_and_neighbours_agree() {
         let world = earth();
-        let desert = plain(&world, |_, drought| -drought);
-        let wet = plain(&world, |climate, drought| if climate.mean_c > 20.0 { drought } else { f64::INFINITY });
+        let places = places(&world);
+        let desert = plain(&places, |_, drought| -drought);
+        let wet = plain(&places, |climate, drought| if climate.mean_c > 20.0 { drought } else { f64::INFINITY });
         let tiles = [desert, wet].map(|id| Tile::new(&world, id));
         let [[_, dirt, rock, sand, _, woods, ..], [.., forest, _, _]] = tiles.each_ref().map(shares);
         assert!(dirt + rock + sand > 0.8 && sand > 0.1 && woods < 0.05, "{dirt}, {rock}, {sand}, {woods}");
         assert!(forest > 0.6, "{forest}");
-        let steppe = plain(&world, |_, drought| (drought - 3.2).abs());
+        let steppe = plain(&places, |_, drought| (drought - 3.2).abs());
         let [grass, dirt, _, _, _, woods, ..] = shares(&Tile::new(&world, steppe));
         assert!(grass > 0.3 && dirt > 0.1 && woods < 0.1, "{grass}, {dirt}, {woods}");
         for tile in tiles {
