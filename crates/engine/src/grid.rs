@@ -92,6 +92,32 @@ impl<T: Copy> Grid<T> {
     }
 }
 
+/// Returns the corners, in cells, of the cells of `step` nodes that hold the nodes of an area.
+pub(crate) fn corners(area: Area, step: i64) -> Area {
+    let last = |past: i64| (past - 1).div_euclid(step) + 2;
+    Area { x0: area.x0.div_euclid(step), y0: area.y0.div_euclid(step), x1: last(area.x1), y1: last(area.y1) }
+}
+
+/// Interpolates values at the nodes of an area from those at the [`corners`] of cells of `step` nodes.
+pub(crate) fn between_corners(area: Area, step: i64, table: &[f32]) -> Vec<f32> {
+    let Area { x0: i0, y0: j0, .. } = corners(area, step);
+    let columns = corners(area, step).width();
+    let mut out = vec![0.0; area.len()];
+    let scale = 1.0 / step as f32;
+    for (y, row) in (area.y0..area.y1).zip(out.chunks_exact_mut(area.width())) {
+        let j = (y.div_euclid(step) - j0) as usize * columns;
+        let v = y.rem_euclid(step) as f32 * scale;
+        for (x, value) in (area.x0..area.x1).zip(row) {
+            let i = j + (x.div_euclid(step) - i0) as usize;
+            let u = x.rem_euclid(step) as f32 * scale;
+            let north = table[i] + (table[i + 1] - table[i]) * u;
+            let south = table[i + columns] + (table[i + columns + 1] - table[i + columns]) * u;
+            *value = north + (south - north) * v;
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,6 +128,19 @@ mod tests {
         grid.row_mut(6, -1, 1).copy_from_slice(&[7, 8]);
         assert_eq!((grid.at(-1, 6), grid.at(0, 6), grid.at(1, 6)), (7, 8, 0));
         assert_eq!(grid.values()[5..7], [7, 8]);
+    }
+
+    #[test]
+    fn areas_agree_on_values_between_corners() {
+        let plane = |x: i64, y: i64| (3 * x - 2 * y) as f32;
+        let between = |area: Area| {
+            let table: Vec<f32> = corners(area, 8).vertices().map(|(x, y)| plane(8 * x, 8 * y)).collect();
+            between_corners(area, 8, &table)
+        };
+        for area in [Area::new(-9, -30, 25, 17), Area::new(0, 8, 9, 1), Area::new(7, -1, 1, 1)] {
+            let expected: Vec<f32> = area.vertices().map(|(x, y)| plane(x, y)).collect();
+            assert_eq!(between(area), expected);
+        }
     }
 
     #[test]

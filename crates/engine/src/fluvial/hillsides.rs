@@ -8,6 +8,7 @@ use super::segment::Reach;
 use super::valley::InRows;
 use crate::area::Area;
 use crate::grain_point::Point;
+use crate::grid::{between_corners, corners};
 use crate::simd::Simd;
 
 /// Values at nodes.
@@ -64,7 +65,7 @@ impl Hillsides {
         let corners = corners(area, step).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
         let laws = fields.all_laws(&corners.collect::<Vec<_>>());
         let table = |of: &dyn Fn(&Laws) -> f64| {
-            bilinear(area, step, &laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>())
+            between_corners(area, step, &laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>())
         };
         let law = |laws: &Laws| RestLaw::new(fields, laws, levels);
         let rest = || Rest { slope: table(&|laws| law(laws).slope), height_m: table(&|laws| law(laws).height_m) };
@@ -88,30 +89,4 @@ impl Hillsides {
             rest: (levels < fields.levels()).then(rest),
         }
     }
-}
-
-/// Returns the corners, in cells, of the cells of `step` nodes that hold the nodes of an area.
-fn corners(area: Area, step: i64) -> Area {
-    let last = |past: i64| (past - 1).div_euclid(step) + 2;
-    Area { x0: area.x0.div_euclid(step), y0: area.y0.div_euclid(step), x1: last(area.x1), y1: last(area.y1) }
-}
-
-/// Interpolates values at the nodes of an area from those at the [`corners`] of cells of `step` nodes.
-fn bilinear(area: Area, step: i64, table: &[f32]) -> Vec<f32> {
-    let Area { x0: i0, y0: j0, .. } = corners(area, step);
-    let columns = corners(area, step).width();
-    let mut out = vec![0.0; area.len()];
-    let scale = 1.0 / step as f32;
-    for (y, row) in (area.y0..area.y1).zip(out.chunks_exact_mut(area.width())) {
-        let j = (y.div_euclid(step) - j0) as usize * columns;
-        let v = y.rem_euclid(step) as f32 * scale;
-        for (x, value) in (area.x0..area.x1).zip(row) {
-            let i = j + (x.div_euclid(step) - i0) as usize;
-            let u = x.rem_euclid(step) as f32 * scale;
-            let north = table[i] + (table[i + 1] - table[i]) * u;
-            let south = table[i + columns] + (table[i + columns + 1] - table[i + columns]) * u;
-            *value = north + (south - north) * v;
-        }
-    }
-    out
 }

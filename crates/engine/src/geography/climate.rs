@@ -357,15 +357,27 @@ impl PlaceClimate {
         Biome::of(&self.months(height_m))
     }
 
+    /// Returns the millimetres of water that would evaporate in a year at a height in metres if there were enough.
+    ///
+    /// Based on: L. Turc, Le bilan d'eau des sols, 1954.
+    pub fn potential_evaporation_mm(&self, height_m: f64) -> f64 {
+        // The formula's own range ends at about this temperature.
+        let warmth = self.temperature_c(height_m).max(-8.0);
+        300.0 + 25.0 * warmth + 0.05 * warmth * warmth * warmth
+    }
+
+    /// Returns the drought at a height in metres: the water that could evaporate as a multiple of the rain, at most as
+    /// with a millimetre of rain. It is the inverse of the aridity index; in deserts it is more than 5.
+    pub fn drought(&self, height_m: f64) -> f64 {
+        self.potential_evaporation_mm(height_m) / self.rain_mm_a_year().max(1.0)
+    }
+
     /// Returns the millimetres of a year's rain that evaporate at a height in metres: less than all rain.
     ///
     /// Based on: L. Turc, Le bilan d'eau des sols, 1954, as changed by J. G. Pike, The estimation of annual run-off
     /// from meteorological data in a tropical climate, 1964: 1 in place of 0.9, so that some rain always stays.
     pub fn evaporation_mm(&self, height_m: f64) -> f64 {
-        // The formula's own range ends at about this temperature.
-        let warmth = self.temperature_c(height_m).max(-8.0);
-        let most = 300.0 + 25.0 * warmth + 0.05 * warmth * warmth * warmth;
-        let rain = self.rain_mm_a_year();
+        let (rain, most) = (self.rain_mm_a_year(), self.potential_evaporation_mm(height_m));
         rain / (1.0 + (rain / most) * (rain / most)).sqrt()
     }
 

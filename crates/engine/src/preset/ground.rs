@@ -9,6 +9,10 @@ use crate::recipe::fault::{Fault, KeyPath};
 /// Distribution of the ground's materials: grass, with dirt and rock by slope, sand by height, and snow by height and
 /// aspect; on request also scree below rock, forest up to a tree line, and wet ground beside water.
 ///
+/// In a world with a `geography`, ground follows the climate as well. Snow begins about the snow line of the place and
+/// forest ends at its tree line; forest is rarer the drier it is; grass gives way to dirt, stones and sand in steppes
+/// and deserts, and to dirt and stones above the trees.
+///
 /// Slope enters as steepness, `slope_scale * (1 - n.up)` for the normal n, cut off at 1. With the thesis' scale of 5,
 /// steepness 0.1 is a slope of 11 degrees, 0.5 is 26 and 1 is 37. The thesis itself writes five times `n.up`. But that
 /// is 5 on level ground and more than 1 up to 78 degrees, so after the cut-off most slopes would look alike.
@@ -35,7 +39,8 @@ pub struct GroundSettings {
     /// slope, so sand lies on any.
     #[schemars(inner(range(min = 0, max = 1)))]
     pub sand_slope: Option<[f64; 2]>,
-    /// Height in metres at which snow begins and at which all is snow, -100,000 to 100,000. Default: no snow.
+    /// Height in metres at which snow begins and at which all is snow, -100,000 to 100,000. With a `geography` both are
+    /// moved until their middle is the snow line of the place. Default: no snow.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub snow_m: Option<[f64; 2]>,
     /// Steepness at which snow begins to slide off and at which none is left, 0 to 1; needs `snow_m`.
@@ -57,11 +62,12 @@ pub struct GroundSettings {
     #[serde(default = "default_scree_m")]
     pub scree_m: f64,
     /// Height in metres up to which forest grows freely and above which there is none, -100,000 to 100,000: the tree
-    /// line varies between the two. Default: no forest.
+    /// line varies between the two. With a `geography` both are moved until the second is the tree line of the place.
+    /// Default: no forest.
     #[schemars(inner(range(min = -HEIGHT_LIMIT_M, max = HEIGHT_LIMIT_M)))]
     pub forest_m: Option<[f64; 2]>,
     /// Share of the land below the tree line that forest covers where nothing else prevents it, 0 to 1; needs
-    /// `forest_m`. Default: 0.6.
+    /// `forest_m`. With a `geography`, the share in wet climates. Default: 0.6.
     #[schemars(range(min = 0, max = 1))]
     #[serde(default = "default_forest_share")]
     pub forest_share: f64,

@@ -7,7 +7,8 @@ use crate::lines::Imprint;
 use crate::preset::ground::GroundSettings;
 use crate::simd::{Kernel, Simd, dispatch, starts};
 use crate::tile::Normals;
-use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness, wetland_share};
+use crate::tile::ground_climate::{GroundClimate, LaneClimate};
+use crate::tile::rule::{ForestPlace, GroundRule, ramp, steepness, stony, wetland_share};
 use crate::tile::surroundings::{self, GroundSurroundings};
 
 /// A ground material of the blend map.
@@ -15,11 +16,11 @@ use crate::tile::surroundings::{self, GroundSurroundings};
 pub enum Material {
     /// Grass, where no other material lies.
     Grass,
-    /// Bare soil on slopes.
+    /// Bare soil on slopes, and where it is too dry or too cold for grass.
     Dirt,
-    /// Rock on steep slopes.
+    /// Rock on steep slopes, and stones in deserts and high above the trees.
     Rock,
-    /// Sand by the sea.
+    /// Sand by the sea and in deserts.
     Sand,
     /// Snow at great heights, and further down on slopes that face away from the sun.
     Snow,
@@ -87,18 +88,27 @@ pub struct Blend {
 }
 
 impl Blend {
-    /// Computes the blend weights of all vertices that have a normal, on land with the given water.
+    /// Computes the blend weights of all vertices that have a normal, on land with the given water. They follow the
+    /// climate if there is one, which is that of the same vertices.
     ///
     /// # Panics
     /// When `heights` or `water` does not hold the whole input of the area.
-    pub fn new(rule: &GroundRule, heights: &Grid<f32>, water: Option<&Water>, normals: &Normals) -> Blend {
+    pub(crate) fn new(
+        rule: &GroundRule,
+        climate: Option<&GroundClimate>,
+        heights: &Grid<f32>,
+        water: Option<&Water>,
+        normals: &Normals,
+    ) -> Blend {
         let area = normals.up().area();
         let mut blend = Blend { ground: Grid::filled(area, 0), cover: Grid::filled(area, 0) };
         let surroundings = GroundSurroundings::new(rule, heights, water, area);
-        let (surroundings, blend_mut) = (surroundings.as_ref(), &mut blend);
-        match surroundings {
-            Some(_) => dispatch(Weigh::<true> { rule, heights, normals, surroundings, blend: blend_mut }),
-            None => dispatch(Weigh::<false> { rule, heights, normals, surroundings, blend: blend_mut }),
+        let (surroundings, to) = (surroundings.as_ref(), &mut blend);
+        match (surroundings, climate) {
+            (Some(_), Some(_)) => dispatch(Weigh::<true, true> { rule, climate, heights, normals, surroundings, to }),
+            (Some(_), None) => dispatch(Weigh::<true, false> { rule, climate, heights, normals, surroundings, to }),
+            (None, Some(_)) => dispatch(Weigh::<false, true> { rule, climate, heights, normals, surroundings, to }),
+            (None, None) => dispatch(Weigh::<false, false> { rule, climate, heights, normals, surroundings, to }),
         }
         if let Some(water) = water {
             if let Some(ice_m) = &water.ice_m {
@@ -197,16 +207,18 @@ impl Blend {
     }
 }
 
-/// Weighs the materials; with `AROUND`, also the materials that depend on the surroundings of a vertex.
-struct Weigh<'a, const AROUND: bool> {
+/// Weighs the materials; with `AROUND`, also the materials that depend on the surroundings of a vertex; with `CLIMATE`,
+/// by the climate of each vertex.
+struct Weigh<'a, const AROUND: bool, const CLIMATE: bool> {
     rule: &'a GroundRule,
+    climate: Option<&'a GroundClimate>,
     heights: &'a Grid<f32>,
     normals: &'a Normals,
     surroundings: Option<&'a GroundSurroundings>,
-    blend: &'a mut Blend,
+    to: &'a mut Blend,
 }
 
-impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
+impl<const AROUND: bool, const CLIMATE: bool> Kernel for Weigh<'_, AROUND, CLIMATE> {
     type Output = ();
 
     #[inline(always)]
@@ -214,8 +226,9 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
         let Area { x0, y0, x1, y1 } = self.normals.up().area();
         let width = (x1 - x0) as usize;
         let rule = self.rule;
-        let one = simd.splat(1.0);
+        let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         for y in y0..y1 {
+            let climate = self.climate.map(|climate| climate.row(y));
             let heights = self.heights.row(y, x0, x1);
             let [_, ups, souths] = self.normals.row(y, x0, x1);
             let [roughs, rubbles, damps] = match self.surroundings {
@@ -226,21 +239,35 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
                 true => [y - FLOOR, y, y + FLOOR].map(|y| self.heights.row(y, x0 - FLOOR, x1 + FLOOR)),
                 false => [&[] as &[f32]; 3],
             };
-            let ground = self.blend.ground.row_mut(y, x0, x1);
-            let cover = self.blend.cover.row_mut(y, x0, x1);
+            let ground = self.to.ground.row_mut(y, x0, x1);
+            let cover = self.to.cover.row_mut(y, x0, x1);
             for from in starts(width, S::LANES) {
                 let height = simd.load(&heights[from..]);
                 let south = simd.load(&souths[from..]);
-                let steepness = steepness(simd, simd.load(&ups[from..]), rule);
+                let up = simd.load(&ups[from..]);
+                let (steepness, tilt) = (steepness(simd, up, rule), one - up);
+                let rough = if AROUND { simd.load(&roughs[from..]) } else { zero };
+                let damp = if AROUND { simd.load(&damps[from..]) } else { zero };
+                // Heights of ground with the same snow and the same trees in the climate of the settings.
+                let mut snow_height = height - south * simd.splat(rule.snow_north_m);
+                let mut forest_height = height - south * simd.splat(rule.forest.north_m);
+                let (mut woods, mut desert, mut barren, mut bare_stones) = (one, zero, zero, zero);
+                if CLIMATE && let Some(climate) = climate {
+                    let climate = LaneClimate::load(simd, climate, from).watered(simd, damp);
+                    (woods, desert) = (climate.woods(simd), climate.desert(simd, rough));
+                    let tundra = climate.tundra(simd, forest_height, rough);
+                    barren = simd.max(climate.thinned(simd, rough), tundra);
+                    bare_stones = stony(simd, simd.max(desert, tundra), tilt);
+                    snow_height = snow_height - (climate.snow_line_m - simd.splat(rule.half_snow_m));
+                    forest_height = forest_height - (climate.tree_line_m - simd.splat(rule.forest.last_trees_m));
+                }
                 // Each material takes its share of the weight that the materials above it have left.
-                let snow_height = height - south * simd.splat(rule.snow_north_m);
                 let snow = ramp(simd, snow_height, rule.snow) * (one - ramp(simd, steepness, rule.snow_slides));
                 let (snow, mut left) = take(simd, simd.splat_u32(255), snow);
                 let mut cover_word = snow;
                 let bare = ramp(simd, steepness, rule.rock);
-                let rock;
+                let mut rock;
                 (rock, left) = take(simd, left, bare);
-                let rough = if AROUND { simd.load(&roughs[from..]) } else { one };
                 if AROUND {
                     let rubble = simd.load(&rubbles[from..]);
                     let scree;
@@ -248,19 +275,27 @@ impl<const AROUND: bool> Kernel for Weigh<'_, AROUND> {
                     cover_word = cover_word | simd.shl::<16>(scree);
                 }
                 let flat = one - ramp(simd, steepness, rule.steep_sand);
+                let mut sandy = (one - ramp(simd, height, rule.no_sand)) * flat;
+                if CLIMATE {
+                    sandy = simd.max(sandy, rule.desert_sand(simd, desert, tilt, rough));
+                }
                 let sand;
-                (sand, left) = take(simd, left, (one - ramp(simd, height, rule.no_sand)) * flat);
+                (sand, left) = take(simd, left, sandy);
                 if AROUND {
-                    let damp = simd.load(&damps[from..]);
                     let (wetland, forest);
                     (wetland, left) = take(simd, left, wetland_share(simd, damp, rough));
-                    let forest_height = height - south * simd.splat(rule.forest.north_m);
                     let around = steepest_around(simd, &far, from, rule);
-                    let place = ForestPlace { height: forest_height, steepness, around, damp, noise: rough };
+                    let place =
+                        ForestPlace { height: forest_height, steepness, around, damp, noise: rough, climate: woods };
                     (forest, left) = take(simd, left, rule.forest.share(simd, &place));
                     cover_word = cover_word | simd.shl::<8>(forest) | simd.shl::<24>(wetland);
                 }
-                let (dirt, grass) = take(simd, left, ramp(simd, steepness, rule.dirt));
+                let (mut dirt, grass) = take(simd, left, simd.max(ramp(simd, steepness, rule.dirt), barren));
+                if CLIMATE {
+                    let stones;
+                    (stones, dirt) = take(simd, dirt, bare_stones);
+                    rock = rock + stones;
+                }
                 let word = (grass | simd.shl::<8>(dirt)) | (simd.shl::<16>(rock) | simd.shl::<24>(sand));
                 simd.store_u32(word, &mut ground[from..]);
                 simd.store_u32(cover_word, &mut cover[from..]);
@@ -326,7 +361,7 @@ mod tests {
                 snow_aspect_m: aspect_m,
                 ..GroundSettings::default()
             };
-            let blend = Blend::new(&GroundRule::new(&ground, None, 1.0, 1), &heights, None, &normals);
+            let blend = Blend::new(&GroundRule::new(&ground, None, 1.0, 1), None, &heights, None, &normals);
             let snowy = |y: &i64| blend.weight(Material::Snow, 3, *y) > 127;
             // On the northern side and on the southern side.
             [(-400..0).find(snowy), (1..=400).rev().find(snowy)].map(|y| heights.at(3, y.unwrap()))
@@ -364,7 +399,7 @@ mod tests {
             ice_m: None,
         };
         let normals = Normals::new(&heights, area, 1.0);
-        Blend::new(&GroundRule::new(&ground, None, 1.0, 1), &heights, Some(&water), &normals)
+        Blend::new(&GroundRule::new(&ground, None, 1.0, 1), None, &heights, Some(&water), &normals)
     }
 
     #[test]
@@ -432,7 +467,7 @@ mod tests {
             let rule = GroundRule::new(ground, None, 300.0, 1);
             let bed = Grid::filled(wide, false);
             let water = Water { kind: kind.clone(), bed, depth_m: dry.clone(), flow_m3s: dry.clone(), ice_m: None };
-            let blend = Blend::new(&rule, heights, Some(&water), &normals);
+            let blend = Blend::new(&rule, None, heights, Some(&water), &normals);
             [blend.ground, blend.cover]
         };
         let expected = made(&heights, &kind);

@@ -6,10 +6,11 @@
 //!
 //! ```text
 //! moist = (wetness - 4) / 6, low = 1 below the tree line, even = from 0 at 50 degrees to 1 at 35, each 0 to 1
+//! soil  = dirt * (1 - desert), of which there is as much as of dirt in a world without a geography
 //! tree  = (forest + grass * low * (0.02 + 0.13 * moist)) * even
 //! shrub = (0.3 * forest + 0.4 * wetland * low
-//!          + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * (0.3 + 0.7 * low)) * even
-//! grass = grass + 0.8 * wetland + 0.3 * dirt + 0.25 * forest
+//!          + (0.25 * soil + grass * (0.06 + 0.2 * moist)) * (0.3 + 0.7 * low)) * even
+//! grass = grass + 0.8 * wetland + 0.3 * soil + 0.25 * forest
 //! rock  = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass
 //! ```
 
@@ -17,6 +18,7 @@ use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::places::site::SiteClass;
 use crate::preset::Preset;
+use crate::tile::ground_climate::GroundClimate;
 use crate::tile::{GroundRule, Material, Tile, TileView};
 use crate::world::World;
 
@@ -124,14 +126,15 @@ impl<'a> Grows<'a> {
     pub fn densities<'t>(&self, tile: &'t Tile) -> &'t Grid<[f32; 4]> {
         tile.derived.densities.get_or_init(|| {
             let mut densities = Grid::filled(tile.area(), [0.0; 4]);
+            let climate = GroundClimate::new(self.world, tile.heights(), tile.area());
             for ((x, y), at) in tile.area().vertices().zip(densities.values_mut()) {
-                *at = self.at(tile, x, y);
+                *at = self.at(tile, climate.as_ref(), x, y);
             }
             densities
         })
     }
 
-    fn at(&self, tile: &Tile, x: i64, y: i64) -> [f32; 4] {
+    fn at(&self, tile: &Tile, climate: Option<&GroundClimate>, x: i64, y: i64) -> [f32; 4] {
         if !self.is_open(tile, x, y) {
             return [0.0; 4];
         }
@@ -139,13 +142,15 @@ impl<'a> Grows<'a> {
             Material::ALL.map(|material| f32::from(tile.blend().weight(material, x, y)) * (1.0 / 255.0));
         let moist = ((TileView::new(tile, self.world).wetness(x, y) - 4.0) * (1.0 / 6.0)).clamp(0.0, 1.0);
         // A ground without woods has no tree line either, so shrubs and single trees stand at any height.
-        let low = if self.has_woods { self.low(tile, x, y) } else { 1.0 };
+        let low = if self.has_woods { self.low(tile, climate, x, y) } else { 1.0 };
         let slope = tile.normals().slope().at(x, y);
         let even = ((STEEP[1] - slope) / (STEEP[1] - STEEP[0])).clamp(0.0, 1.0);
         let high = 0.3 + 0.7 * low;
+        let desert = climate.map_or(0.0, |climate| climate.desert(x, y));
+        let soil = dirt * (1.0 - desert);
         let tree = (forest + grass * low * (0.02 + 0.13 * moist)) * even;
-        let shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * dirt + grass * (0.06 + 0.2 * moist)) * high) * even;
-        let herbs = grass + 0.8 * wetland + 0.3 * dirt + 0.25 * forest;
+        let shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * soil + grass * (0.06 + 0.2 * moist)) * high) * even;
+        let herbs = grass + 0.8 * wetland + 0.3 * soil + 0.25 * forest;
         let stones = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass;
         // A road or a bank covers the ground that was there, and leaves less room for growth.
         let left = tile.imprint().map_or(1.0, |imprint| {
@@ -155,8 +160,9 @@ impl<'a> Grows<'a> {
         [tree, shrub, herbs, stones].map(|density| density.min(1.0) * left)
     }
 
-    fn low(&self, tile: &Tile, x: i64, y: i64) -> f32 {
+    fn low(&self, tile: &Tile, climate: Option<&GroundClimate>, x: i64, y: i64) -> f32 {
         let [_, _, south] = tile.normals().at(x, y);
-        self.rule.below_tree_line(tile.heights().at(x, y), south)
+        let tree_line_m = climate.map(|climate| climate.tree_line_m(x, y));
+        self.rule.below_tree_line(tile.heights().at(x, y), south, tree_line_m)
     }
 }

@@ -4,6 +4,7 @@ mod accumulation;
 mod at_large;
 mod blend;
 mod digest;
+mod ground_climate;
 mod grows;
 mod instances;
 mod masks;

@@ -28,6 +28,8 @@ pub struct GroundRule {
     pub(super) no_sand: LinearStep,
     pub(super) steep_sand: LinearStep,
     pub(super) snow: LinearStep,
+    /// Height in metres where half of the level ground is snow.
+    pub(super) half_snow_m: f32,
     /// Metres by which snow lies lower, per unit of the normal's northward component.
     pub(super) snow_north_m: f32,
     pub(super) snow_slides: LinearStep,
@@ -53,7 +55,11 @@ pub(super) struct Scree {
 pub(super) struct Forest {
     /// Score of a place without drawbacks, in units of the noise: below 0 it lies outside a wood.
     bias: f32,
+    /// Part of `bias` that is lost where it is too dry for trees.
+    bias_of_rain: f32,
     tree_line: LinearStep,
+    /// Height in metres above which no trees grow.
+    pub last_trees_m: f32,
     /// Metres by which the tree line lies lower, per unit of the normal's northward component.
     pub north_m: f32,
     too_steep: LinearStep,
@@ -73,6 +79,8 @@ pub(super) struct ForestPlace<S: Simd> {
     pub around: S::F32,
     pub damp: S::F32,
     pub noise: S::F32,
+    /// Ease with which trees grow in the climate, from 0 to 1.
+    pub climate: S::F32,
 }
 
 /// `clamp(value * scale + shift, 0, 1)`.
@@ -83,7 +91,7 @@ pub(super) struct LinearStep {
 }
 
 impl LinearStep {
-    fn between([from, to]: [f64; 2]) -> LinearStep {
+    const fn between([from, to]: [f64; 2]) -> LinearStep {
         let scale = 1.0 / (to - from);
         LinearStep { scale: scale as f32, shift: (-from * scale) as f32 }
     }
@@ -100,6 +108,8 @@ const STEEP: f32 = 1.2;
 const MEADOW: f32 = 1.0;
 /// Factor of dampness in the bonus of banks: from a third of full dampness on, the bonus is whole.
 const BANK: f32 = 3.0;
+/// Difference in score between a land of forest and one without any.
+const WHOLE_BIAS: f64 = 1.6;
 /// Slope of the share of forest across a wood's edge: from none to full in a third of a unit of the noise.
 const EDGE: f32 = 3.0;
 /// Wavelength in metres of the noise's first octave, the size of woods; lacunarity, exponent and number of its octaves.
@@ -114,6 +124,17 @@ const AFAR_VERTICES: f64 = 8.0;
 const NOISE_DEVIATION: f64 = 0.3;
 /// Slope with which forest dies out whatever the noise: over the last quarter of a ramp, to none at its end.
 const LAST: f32 = 4.0;
+
+/// Bias of the noise with which sand lies in a desert, and the part of it that is lost at a desert's edge: a bit more
+/// than half of the level ground of a desert is sand.
+const SAND_BIAS: f32 = 0.1;
+const SAND_OF_DESERT: f32 = 0.9;
+/// Tilts at which the sand of a desert begins to thin out and at which none is left: on slopes of 5 and 11 degrees.
+const NO_DUNES: LinearStep = LinearStep::between([0.004, 0.018]);
+/// Share of stones in the bare ground of a level desert, and tilts from which on they are more and at which they are
+/// all: slopes of 8 and 26 degrees.
+const LEVEL_STONES: f32 = 0.2;
+const STONES: LinearStep = LinearStep::between([0.01, 0.1]);
 
 #[cfg(feature = "gpu")]
 kernel_words! {
@@ -162,14 +183,17 @@ impl GroundRule {
             no_sand: or(ground.sand_m.map(|ramp| ramp.map(|above_m| sea_level_m + above_m)), 1.0),
             steep_sand: or(ground.sand_slope, 0.0),
             snow: or(ground.snow_m, 0.0),
+            half_snow_m: ground.snow_m.map_or(0.0, |[from, to]| 0.5 * (from + to)) as f32,
             snow_north_m: (ground.snow_aspect_m * SQRT_2) as f32,
             snow_slides: LinearStep::between(ground.snow_slope),
             scree: ground.scree.map(|lies| Scree { reach_m: ground.scree_m as f32, lies: LinearStep::between(lies) }),
             forest: Forest {
                 // The noise is within 0.8 nearly everywhere: the bias leads from hardly any wood to hardly any glade.
-                bias: ((ground.forest_share - 0.5) * 1.6) as f32,
+                bias: ((ground.forest_share - 0.5) * WHOLE_BIAS) as f32,
+                bias_of_rain: (ground.forest_share * WHOLE_BIAS) as f32,
                 // Without a tree line, every place is at the ramp's end: there is no forest.
                 tree_line: or(ground.forest_m, 1.0),
+                last_trees_m: ground.forest_m.map_or(0.0, |[_, none]| none) as f32,
                 north_m: (ground.forest_aspect_m * SQRT_2) as f32,
                 too_steep: LinearStep::between(ground.forest_slope),
                 no_meadow: or(ground.meadow, 1.0),
@@ -240,10 +264,23 @@ impl GroundRule {
     }
 
     /// Returns how far a place lies below the tree line, given its height and the normal's southward component: 1 where
-    /// the tree line does not thin out trees, 0 where it allows none.
-    pub fn below_tree_line(&self, height_m: f32, south: f32) -> f32 {
+    /// the tree line does not thin out trees, 0 where it allows none. `last_trees_m` is the height above which there
+    /// are none by the climate of the place, if it has one.
+    pub fn below_tree_line(&self, height_m: f32, south: f32, last_trees_m: Option<f32>) -> f32 {
         let line = self.forest.tree_line;
-        1.0 - ((height_m - south * self.forest.north_m) * line.scale + line.shift).clamp(0.0, 1.0)
+        let up_m = last_trees_m.map_or(0.0, |last_m| last_m - self.forest.last_trees_m);
+        1.0 - ((height_m - up_m - south * self.forest.north_m) * line.scale + line.shift).clamp(0.0, 1.0)
+    }
+
+    /// Returns the share of sand in the ground of a desert that rock and scree leave, given the share of a desert in
+    /// the ground, the tilt, which is 1 less the upward component of the normal, and noise. Sand lies in fields, on
+    /// ground that is about level.
+    #[inline(always)]
+    pub(super) fn desert_sand<S: Simd>(&self, simd: S, desert: S::F32, tilt: S::F32, noise: S::F32) -> S::F32 {
+        let score = (noise + simd.splat(SAND_BIAS)) - (simd.splat(1.0) - desert) * simd.splat(SAND_OF_DESERT);
+        let lies = clamp(simd, score * simd.splat(self.forest.edge) + simd.splat(0.5));
+        let level = simd.splat(1.0) - ramp(simd, tilt, NO_DUNES);
+        lies * clamp(simd, desert * simd.splat(LAST)) * level
     }
 
     /// Returns the share of scree in the ground that snow and rock leave. `rubble` is the amount of rubble beyond the
@@ -254,6 +291,13 @@ impl GroundRule {
         let come = rubble * (simd.splat(1.0) + noise * simd.splat(0.9));
         clamp(simd, come * simd.splat(2.5) - simd.splat(0.3)) * ramp(simd, steepness, scree.lies)
     }
+}
+
+/// Returns the share of stones in bare ground, given the share of ground that is barren by climate, and the tilt as
+/// for [`GroundRule::desert_sand`]: rain and plants have not made soil of them.
+#[inline(always)]
+pub(super) fn stony<S: Simd>(simd: S, barren: S::F32, tilt: S::F32) -> S::F32 {
+    barren * (simd.splat(LEVEL_STONES) + ramp(simd, tilt, STONES) * simd.splat(1.0 - LEVEL_STONES))
 }
 
 /// Returns the share of wetland in the ground that rock and sand leave. `damp` is 1 at a lake and 0 out of reach of
@@ -282,17 +326,20 @@ impl Forest {
     /// Returns the share of forest in the ground that other materials leave.
     #[inline(always)]
     pub fn share<S: Simd>(self, simd: S, place: &ForestPlace<S>) -> S::F32 {
-        let &ForestPlace { height, steepness, around, damp, noise } = place;
+        let &ForestPlace { height, steepness, around, damp, noise, climate } = place;
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
         let high = simd.max(along(simd, height, self.tree_line), zero);
         let steep = simd.max(along(simd, steepness, self.too_steep), zero);
         let meadow = one - ramp(simd, around, self.no_meadow);
         let against = (high * simd.splat(TREE_LINE) + steep * simd.splat(STEEP)) + meadow * simd.splat(MEADOW);
         let bank = clamp(simd, damp * simd.splat(BANK)) * simd.splat(self.likes_wet);
-        let score = (noise + simd.splat(self.bias)) + (bank - against);
+        // The share of forest rises with the square of the ease.
+        let too_dry = (one - climate * climate) * simd.splat(self.bias_of_rain);
+        let score = (noise + (simd.splat(self.bias) - too_dry)) + (bank - against);
         let stands = clamp(simd, score * simd.splat(self.edge) + simd.splat(0.5));
         let low_enough = clamp(simd, (one - high) * simd.splat(LAST));
-        stands * low_enough * clamp(simd, (one - steep) * simd.splat(LAST))
+        let wet_enough = clamp(simd, climate * simd.splat(LAST));
+        stands * low_enough * clamp(simd, (one - steep) * simd.splat(LAST)) * wet_enough
     }
 }
 

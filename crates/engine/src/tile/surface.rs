@@ -5,6 +5,7 @@ use crate::clock::{Clock, stage};
 use crate::land::Land;
 use crate::lines::Imprint;
 use crate::stop::Stopped;
+use crate::tile::ground_climate::GroundClimate;
 use crate::tile::{Blend, GroundRule, Normals, shaped_input};
 use crate::world::World;
 
@@ -38,17 +39,19 @@ impl TileSurface {
             land = land.part(shaped);
             imprint = imprint.map(|imprint| imprint.part(shaped));
         }
-        let surface = TileSurface::new(&GroundRule::of(world), &land, imprint, cells, clock)?;
+        let climate = clock.time(stage::BLEND, || GroundClimate::new(world, &land.heights, cells))?;
+        let surface = TileSurface::new(&GroundRule::of(world), climate.as_ref(), &land, imprint, cells, clock)?;
         Ok((land, surface))
     }
 
-    /// Computes the surface of the vertices of `area`, given the land around them as shaped by lines, and books the
-    /// time of each stage on `clock`.
+    /// Computes the surface of the vertices of `area`, given their climate, if they have one, and the land around them
+    /// as shaped by lines, and books the time of each stage on `clock`.
     ///
     /// # Panics
     /// When `land` does not hold the [input](crate::tile::shaped_input) of the area.
     pub fn new(
         rule: &GroundRule,
+        climate: Option<&GroundClimate>,
         land: &Land,
         imprint: Option<Imprint>,
         area: Area,
@@ -59,7 +62,7 @@ impl TileSurface {
         let normals = clock.time(stage::NORMALS, || Normals::new(heights, area, rule.spacing_m()))?;
         // Materials, with the sand and dirt of lines on top.
         let blend = clock.time(stage::BLEND, || {
-            let mut blend = Blend::new(rule, heights, water.as_ref(), &normals);
+            let mut blend = Blend::new(rule, climate, heights, water.as_ref(), &normals);
             if let Some(imprint) = &imprint {
                 blend.cover_with(imprint);
             }

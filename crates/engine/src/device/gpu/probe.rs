@@ -148,7 +148,8 @@ impl NoiseMaker {
                 imprint.shape(&mut heights, None);
             }
             let land = Land { heights, water: None };
-            let surface = Clock::unstopped(|clock| TileSurface::new(&self.rule, &land, imprint, tile.cells, clock));
+            let surface =
+                Clock::unstopped(|clock| TileSurface::new(&self.rule, None, &land, imprint, tile.cells, clock));
             compare(made.into_parts(&tile.lines), (land.heights, surface))?;
         }
         Ok(())
