@@ -79,6 +79,9 @@ pub const SHORE_HALVINGS: u32 = 20;
 /// Number of these halvings where only whole ways matter: the shore is then found to a hundredth part of the way.
 pub const FEW_SHORE_HALVINGS: u32 = 3;
 
+/// Height of a lake without outlet as a share of the planned height of the land: lower, since it is a hollow.
+const BASIN_DEPTH: f64 = 0.5;
+
 /// Size of the longest bends of a continent's shores, as a share of a plate's side; and metres from a shore by which the
 /// `continent` of a place grows by 1, on the mean, as a share of the distance between continents.
 const BENT_COAST: f64 = 0.16;
@@ -335,9 +338,22 @@ impl Fields {
         self.sea_level_m() - self.settings.coast.lowstand_m * LEFT_OPEN.powi(level as i32)
     }
 
-    /// Returns the level of the water at a sink.
-    pub fn sink_level_m(&self, in_sea: bool) -> f64 {
-        if in_sea { self.lowstand_level_m() } else { self.base_m }
+    /// Returns the level of the water at a sink. In a whole world, a lake without outlet lies as high as the country
+    /// around it.
+    pub fn sink_level_m(&self, in_sea: bool, at: Point) -> f64 {
+        match self.geography() {
+            _ if in_sea => self.lowstand_level_m(),
+            Some(geography) => {
+                let planned_m = geography.land_at_large(&[at])[0].planned_m();
+                self.base_m + BASIN_DEPTH * planned_m.max(0.0)
+            }
+            None => self.base_m,
+        }
+    }
+
+    /// Returns the least level of a lake without outlet.
+    pub fn base_m(&self) -> f64 {
+        self.base_m
     }
 
     /// Returns the geography of a whole world; none where the settings hold everywhere.

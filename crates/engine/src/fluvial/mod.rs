@@ -248,7 +248,7 @@ impl Fluvial {
     /// lowstand than its settings say, and the ceiling is never reached.
     pub fn range_m(&self) -> (f32, f32) {
         let settings = self.fields.settings();
-        let sink_m = self.fields.sink_level_m(false);
+        let sink_m = self.fields.base_m();
         let floor_m = self.fields.lowest_sea_m();
         // The lift keeps the order of heights but lowers some, so the bound is the lifted lowest height.
         let lowest_m = self.lift.at(if self.fields.has_sea() { floor_m.min(sink_m) } else { sink_m });

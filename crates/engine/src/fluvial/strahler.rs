@@ -83,7 +83,15 @@ impl Strahler {
     }
 
     /// Returns the orders of a channel.
+    ///
+    /// On continents, those of trunks follow from the trunks alone, as if all tributaries of a trunk had their highest
+    /// order: above the mouth of a great river there are millions of brooks.
     pub fn orders(&self, fluvial: &Fluvial, channel: &Channel, clock: &Clock) -> Result<Orders, Stopped> {
+        if let ((0, x, y), true) = (channel.id, fluvial.fields().has_continents()) {
+            let brooks = fluvial.fields().levels() - 1;
+            let start = brooks + fluvial.network().trunks().drained((x, y)).order;
+            return Ok(Orders { start, joins: Arc::default() });
+        }
         let start = match channel.id {
             (0, x, y) => *self.starts.try_get((x, y), || self.start(fluvial, (x, y), clock))?,
             _ => 1,

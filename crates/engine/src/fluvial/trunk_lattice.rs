@@ -52,6 +52,8 @@ pub struct Drained {
     pub area: u32,
     /// Discharge in cubic metres a second: the water that runs off all these cells.
     pub discharge_m3s: f64,
+    /// Strahler's order of the river by the trunks alone: 1 where no other trunk comes in.
+    pub order: u32,
     /// Height of the valley's floor in metres.
     pub level_m: f64,
     /// True if a lake may lie on the way to the next node, or at the sink.
@@ -168,7 +170,7 @@ impl Look<'_> {
             let DryWay { sea_at, least } =
                 to.map_or(DryWay { sea_at: None, least: f64::INFINITY }, |to| self.way(id, to));
             let lake = self.lake(id, to);
-            let drained = Drained { to, sea_at, main: None, area: 1, discharge_m3s: 0.0, level_m: 0.0, lake };
+            let drained = Drained { to, sea_at, main: None, area: 1, discharge_m3s: 0.0, order: 1, level_m: 0.0, lake };
             basin.nodes.push((id, drained));
             ways.push(least);
         }
@@ -280,7 +282,7 @@ impl Look<'_> {
             let (node, Drained { to, sea_at, area, .. }) = (self.node(*id), basin.nodes[here].1);
             // The flood begins at the sink, so the node downstream has its level already.
             let Some(to) = to else {
-                basin.nodes[here].1.level_m = self.fields.sink_level_m(node.sea);
+                basin.nodes[here].1.level_m = self.fields.sink_level_m(node.sea, node.at);
                 continue;
             };
             // The river ends where the way meets the sea.
@@ -314,20 +316,27 @@ impl Basin {
         self.find(id).expect("a basin holds what drains to its sink")
     }
 
-    /// Adds up the areas, and what runs off them, from the springs down, which is the reverse of the flood. The inflow
+    /// Adds up the areas, what runs off them, and the orders, from the springs down, which is the reverse of the flood. The inflow
     /// with the most area is a node's main river; the id decides between equal ones. `runoff_m3s` is that of each
     /// node's own cell.
     fn add_areas(&mut self, flood: &[NodeId], runoff_m3s: &[f64]) {
         for ((_, drained), runoff_m3s) in self.nodes.iter_mut().zip(runoff_m3s) {
             (drained.area, drained.discharge_m3s, drained.main) = (1, *runoff_m3s, None);
         }
+        // For each node the highest order of its inflows so far, and if two have it.
+        let mut met = vec![(0, false); self.nodes.len()];
         for id in flood.iter().rev() {
-            let here = self.nodes[self.place(*id)].1;
+            let place = self.place(*id);
+            let (most, twice) = met[place];
+            self.nodes[place].1.order = (most + u32::from(twice)).max(1);
+            let here = self.nodes[place].1;
             // A river that ends in the sea does not reach the next node.
             let Some(to) = here.to.filter(|_| here.sea_at.is_none()) else { continue };
             let to = self.place(to);
             self.nodes[to].1.area += here.area;
             self.nodes[to].1.discharge_m3s += here.discharge_m3s;
+            let (most, twice) = met[to];
+            met[to] = (most.max(here.order), if here.order > most { false } else { twice || here.order == most });
             // Each node receives all its inflows before its own area is handed on, so compared areas are complete.
             let larger = self.nodes[to].1.main.is_none_or(|main| {
                 let main_area = self.nodes[self.place(main)].1.area;
