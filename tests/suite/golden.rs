@@ -116,11 +116,12 @@ fn world(preset: &Preset, stride: Stride) -> World {
     World::strided(Preset { tile_cells: 48, ..preset.clone() }, Some(1), stride).unwrap()
 }
 
+/// The tile of a settlement: the first that is found from the origin to the east, since a world may have a sea there.
 fn settlement(preset: &Preset) -> (i64, i64) {
-    world(preset, Stride::ONE).sites(&Area::new(0, 0, 2560, 2560), &Clock::default()).unwrap()[0]
-        .at
-        .map(|at| at.div_euclid(48))
-        .into()
+    let world = world(preset, Stride::ONE);
+    let sites = |east: i64| world.sites(&Area::new(10_240 * east, 0, 2560, 2560), &Clock::default()).unwrap();
+    let site = (0..100).find_map(|east| sites(east).into_iter().next()).expect("some land is settled");
+    site.at.map(|at| at.div_euclid(48)).into()
 }
 
 /// The tiles that are compared here. The suite's are all of noise, which costs nothing, and one of each fluvial preset:

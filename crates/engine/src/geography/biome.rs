@@ -78,11 +78,11 @@ pub enum Biome {
 }
 
 /// A biome, its letters, its name, its colour, and what grows there.
-type Row = (Biome, &'static str, &'static str, [u8; 3], &'static str);
+type BiomeRow = (Biome, &'static str, &'static str, [u8; 3], &'static str);
 
 /// All biomes, in the order of the legend of Peel et al., with its colours.
 #[rustfmt::skip]
-const ROWS: [Row; 30] = [
+const ROWS: [BiomeRow; 30] = [
     (Biome::Af, "Af", "tropical rain forest", [0, 0, 255],
      "Tall evergreen forest of many storeys, with lianas."),
     (Biome::Am, "Am", "tropical monsoon forest", [0, 120, 255],
@@ -185,7 +185,7 @@ impl Biome {
         self.row().3
     }
 
-    fn row(self) -> &'static Row {
+    fn row(self) -> &'static BiomeRow {
         &ROWS[self as usize]
     }
 }
