@@ -744,6 +744,7 @@ impl LegendItem {
 mod tests {
     use super::*;
     use crate::preset::Preset;
+    use crate::recipe::source::RecipeSources;
 
     #[test]
     fn lengths_are_round_and_thousands_apart() {
@@ -805,10 +806,13 @@ mod tests {
 
     #[test]
     fn a_legend_names_the_biomes_that_the_map_shows() {
-        let (style, scale) =
-            (Style::load("climate").unwrap(), Scale { metres_per_pixel: 40_000.0, pixels_per_mm: 2.0 });
+        // Without waters, which take long to find from so far.
+        let text = "extends = \"climate\"\n[water]\ndraw = false\n[labels]\ndraw = false\n[places]\ndraw = false";
+        let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+        let scale = Scale { metres_per_pixel: 2000.0, pixels_per_mm: 2.0 };
         let chart = Chart::new(&Preset::load("world").unwrap().1, None, style, scale).unwrap();
-        let map = Area::new(-60, -45, 120, 90);
+        // The ranges along a coast west of the origin.
+        let map = Area::new(-1620, -440, 120, 80);
         let items = |furniture: &[Furniture]| {
             let furniture = furniture.iter().copied().collect();
             Sheet::picture(&chart, map, &furniture, &Watch::default()).unwrap().legend()
@@ -817,9 +821,8 @@ mod tests {
             let biomes = items.into_iter().filter(|item| matches!(item, LegendItem::Biome(_)));
             biomes.map(|biome| biome.about(100.0)).collect()
         };
-        // From 60 degrees north to 30 there are several.
         let shown = named(items(&[Furniture::Legend]));
-        assert!(shown.len() > 3 && shown.iter().any(|name| name.contains("forest")), "{shown:?}");
+        assert!(!shown.is_empty() && shown.iter().all(|name| name.contains(' ')), "{shown:?}");
         assert_eq!(named(items(&[])), [""; 0]);
     }
 }
