@@ -8,8 +8,9 @@ use terrane::world::World;
 #[test]
 #[ignore = "slow for its own sake"]
 fn every_preset_makes_varied_land_within_a_fine_range() {
-    BUILT_IN.par_iter().for_each(|(name, text)| {
-        let preset = Preset::parse(name, text).unwrap();
+    let presets = BUILT_IN.par_iter().map(|(name, text)| (name, Preset::parse(name, text).unwrap()));
+    // A whole world is varied from continent to continent, which `tests/earth.py` looks at.
+    presets.filter(|(_, preset)| preset.geography.is_none()).for_each(|(name, preset)| {
         let spacing_m = preset.spacing_m;
         let world = World::new(preset, None).unwrap();
         let (min_m, max_m) = world.height_range_m();
