@@ -96,7 +96,7 @@ def measures(folder):
     found["coast dimension"] = coast_dimension(land)
     found["islands"] = island_exponent(land, spacing_km**2)
     found["Hack"], found["longest river km"] = hack(height_m, land, spacing_km)
-    biomes = folder / "biome" / "biome.png"
+    biomes = folder / "climate" / "biome.png"
     if biomes.exists():
         numbers = np.asarray(Image.open(biomes))[land]
         # Classes are numbered in the order of Peel et al.: A 1 to 3, B 4 to 7, C 8 to 16, D 17 to 28, E 29 and 30.

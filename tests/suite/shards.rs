@@ -10,6 +10,8 @@ use std::time::Duration;
 use terrane::area::{Place, Region, TileId};
 use terrane::bake::Shard;
 use terrane::export::{Export, Manifest, Profile};
+use terrane::preset::Preset;
+use terrane::world::World;
 
 use crate::desk::{Desk, Running, files_in};
 
@@ -36,9 +38,12 @@ width_m = 2.0
 /// Formats of all kinds: of the region and of tiles, and such as only know their tiles at the end.
 const EXPORTS: &str = "height,height-tiles,exr,r16-tiles,gltf,obj-tiles,hashes,vector";
 
-/// All exports but those of which `leaves_out` says so.
-fn exports(leaves_out: impl Fn(&str) -> bool) -> String {
-    Export::all().map(Export::name).filter(|name| !leaves_out(name)).collect::<Vec<_>>().join(",")
+/// All exports that a world shows, but web maps: these are drawn from the world at the end, which takes longer than all
+/// others.
+fn exports(preset: Preset) -> String {
+    let world = World::new(preset, None).unwrap();
+    let shown = Export::all().filter(|export| export.is_shown_by(&world)).map(Export::name);
+    shown.filter(|name| !name.starts_with("web")).collect::<Vec<_>>().join(",")
 }
 
 fn desk() -> Desk {
@@ -97,8 +102,7 @@ fn merges_to_one_bake(bake: &[&str], numbers: &[u64]) {
 
 #[test]
 fn every_export_of_rivers_is_merged_to_the_bytes_of_one_bake() {
-    // Web maps are drawn from the world at the end, which takes longer than all others.
-    let exports = exports(|name| name.starts_with("web"));
+    let exports = exports(Preset::load("alps").unwrap().1);
     let bake =
         ["bake", "alps", "--tile-cells", "16", "--at=-2,3", "--size", "4x3", "--lod", "0..1", "--export", &exports];
     merges_to_one_bake(&bake, &[3, 1, 4]);
@@ -106,9 +110,16 @@ fn every_export_of_rivers_is_merged_to_the_bytes_of_one_bake() {
 
 #[test]
 fn every_export_of_noise_is_merged_to_the_bytes_of_one_bake() {
-    let exports = exports(|name| name.starts_with("web"));
+    let exports = exports(Preset::parse("noise.toml", NOISE).unwrap());
     let bake = ["bake", "noise.toml", "--size", "3x3", "--names", "world", "--export", &exports, "--clip"];
     merges_to_one_bake(&bake, &[4, 1, 3]);
+}
+
+#[test]
+fn the_climates_of_a_world_are_merged_to_the_bytes_of_one_bake() {
+    let exports = "temperature,rain-tiles,biome,biome-geotiff,uplift";
+    let bake = ["bake", "world", "--tile-cells", "16", "--size", "3x2", "--export", exports];
+    merges_to_one_bake(&bake, &[2]);
 }
 
 #[test]
