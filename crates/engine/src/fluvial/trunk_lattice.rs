@@ -1,6 +1,6 @@
 //! The trunks: the largest rivers, on a coarse lattice of jittered nodes.
 //!
-//! A trunk leads from a node to the next, by the [catchments](super::catchments): down the potential, and over the
+//! A trunk leads from a node to the next, by the `catchments`: down the potential, and over the
 //! passes of closed basins that spill. A basin is all that drains to one sink in the end. Those that spill nowhere drain
 //! into a lake without outlet.
 //!
