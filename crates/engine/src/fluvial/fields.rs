@@ -95,8 +95,7 @@ const SHELF_M: f32 = 70e3;
 const CONTINENTAL_SLOPE_M: f32 = 200e3;
 const DEEPEST_OCEAN_M: f32 = 4200.0;
 
-/// Runoff in metres a year below which a basin in a whole world has no outlet: with it a fifth of the land drains to no
-/// sea, as on Earth.
+/// Runoff in metres a year below which a basin in a whole world has no outlet: the rain of a steppe leaves about as much.
 const CLOSED_RUNOFF_M: f64 = 0.03;
 
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.

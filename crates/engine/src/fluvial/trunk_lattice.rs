@@ -433,7 +433,7 @@ mod tests {
 
     /// Prints its figures.
     #[test]
-    #[ignore = "takes a while"]
+    #[ignore = "slow for its own sake"]
     fn rivers_of_continents_are_long_and_drain_to_the_sea() {
         for (basin_m, octaves, least_km) in [(600e3, 6, 600.0), (3000e3, 6, 2000.0)] {
             for seed in 1..=3 {
