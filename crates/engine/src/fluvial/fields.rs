@@ -11,6 +11,7 @@ use glam::DVec2;
 use super::laws::{LawSource, Laws};
 use super::potential::{Potential, PotentialAtLarge};
 use super::settings::{CoastSettings, FluvialSettings};
+use super::volcanoes::Volcanoes;
 use crate::geography::Geography;
 use crate::geometry::{bilinear, length, smooth};
 use crate::grain_point::{AROUND, GRAINS, Point};
@@ -36,6 +37,8 @@ pub struct Fields {
     flood_plain: PointNoise,
     sea: Option<Sea>,
     base_m: f64,
+    /// The volcanoes of a world with a geography.
+    pub(super) volcanoes: Option<Volcanoes>,
 }
 
 #[derive(Debug)]
@@ -211,6 +214,7 @@ impl Fields {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
                 None => settings.base_m,
             },
+            volcanoes: geography.as_ref().map(|_| Volcanoes::new(seed)),
         }
     }
 
@@ -222,7 +226,8 @@ impl Fields {
     /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let geography = self.geography().into_iter().flat_map(|geography| geography.memories());
-        geography.chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
+        let volcanoes = self.volcanoes.iter().map(Volcanoes::memory);
+        geography.chain(volcanoes).chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
     }
 
     /// Returns the metres a grain.

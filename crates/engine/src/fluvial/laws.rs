@@ -212,7 +212,10 @@ impl Fields {
         match &self.law_source {
             LawSource::Uplift(noise) => noise.at_all(points).into_iter().map(|noise| self.laws_by(noise)).collect(),
             LawSource::Geography(geography) => {
-                geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect()
+                let mut laws: Vec<Laws> =
+                    geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect();
+                self.shape_by_volcanoes(points, &mut laws);
+                laws
             }
         }
     }

@@ -36,6 +36,7 @@ pub mod settings;
 mod potential;
 pub mod laws;
 pub mod fields;
+pub mod volcanoes;
 mod strata_and_ceiling;
 mod plane;
 mod course_offsets;
@@ -68,6 +69,7 @@ mod gullies;
 mod stamp;
 mod moraine;
 mod glacier;
+mod volcanic_cones;
 mod coast;
 mod skerries;
 mod breach;
@@ -102,6 +104,7 @@ use rivers::RiverMemories;
 use settings::FluvialSettings;
 use skerries::Skerries;
 use strata_and_ceiling::Lift;
+use volcanic_cones::VolcanicCones;
 use warp::Warp;
 use water::LAKE_DEPTH;
 
@@ -123,6 +126,7 @@ pub struct Fluvial {
     skerries: Option<Skerries>,
     moraines: Option<Moraines>,
     barriers: Option<Barriers>,
+    cones: Option<VolcanicCones>,
     glaciers: Option<Glaciers>,
     lift: Lift,
     rivers: RiverMemories,
@@ -196,6 +200,7 @@ impl Fluvial {
             skerries: Skerries::new(&fields, seed).filter(|_| shows(SMALL_M)),
             moraines: Moraines::new(&fields, seed).filter(|_| shows(SMALL_M)),
             barriers: Barriers::new(&fields, seed).filter(|_| shows(SMALL_M)),
+            cones: VolcanicCones::new(&fields, seed),
             glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
             lift: Lift::new(&fields, seed),
             rivers: RiverMemories::default(),

@@ -95,6 +95,9 @@ impl Fluvial {
         if let Some(barriers) = &self.barriers {
             clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys, clock))??;
         }
+        if let Some(cones) = &self.cones {
+            clock.time(stage::CONES, || cones.raise(segments, &nodes, &mut valleys, clock))??;
+        }
         let mut ice_m = None;
         if let Some(glaciers) = &self.glaciers {
             ice_m = Some(clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys, clock))??);

@@ -69,6 +69,10 @@ const COAST_GAIN: f64 = 0.75;
 const RANGES: f64 = 0.072;
 const SWING: f64 = 1.6;
 
+/// Volcanism of arcs of islands, of the fronts of volcanoes beside oceans, and of rifts, by their strengths. Chosen by
+/// eye: on maps of the volcanoes of several seeds.
+const VOLCANISM: [f64; 3] = [2.0, 1.6, 2.0];
+
 /// Places a side of the square, and its side in cells of continents, by which the sea is given its share of the world.
 const SAMPLES: i64 = 64;
 const SAMPLED: f64 = 4.0;
@@ -88,7 +92,7 @@ pub struct Geography {
     arcs: TurnedNoise,
     /// Number of `continent` where the sea begins, before it is taken off.
     sea: f64,
-    land: SplineLattice<4>,
+    land: SplineLattice<5>,
     climate: Climate,
     climates: SplineLattice<5>,
 }
@@ -113,6 +117,9 @@ pub struct LandAtLarge {
     pub youth: f64,
     /// Strength of a rift, from 0 to 1.
     pub rift: f64,
+    /// Strength of volcanism, from 0 to 1: in arcs of islands, inland of a shore where an ocean's plate sinks under it,
+    /// and in rifts.
+    pub volcanism: f64,
 }
 
 impl Geography {
@@ -172,7 +179,13 @@ impl Geography {
         let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
         nodes
             .into_iter()
-            .map(|[continent, uplift, youth, rift]| LandAtLarge { continent, uplift, youth, rift })
+            .map(|[continent, uplift, youth, rift, volcanism]| LandAtLarge {
+                continent,
+                uplift,
+                youth,
+                rift,
+                volcanism,
+            })
             .collect()
     }
 
@@ -210,7 +223,7 @@ impl Geography {
     }
 
     /// Returns the numbers of the land at large at nodes.
-    fn nodes(&self, places: &[Point]) -> Vec<[f32; 4]> {
+    fn nodes(&self, places: &[Point]) -> Vec<[f32; 5]> {
         let crusts = self.plates.crust(places);
         let old_crusts = self.old_plates.crust(places);
         let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
@@ -232,7 +245,9 @@ impl Geography {
             let worn = 0.28 * old * old * (0.6 + 0.8 * ranges);
             let uplift = (LEAST_UPLIFT + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
             let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
-            [continent, uplift, youth, crust.rift].map(|value| value as f32)
+            let [of_arc, of_front, of_rift] = VOLCANISM;
+            let volcanism = (of_arc * crust.arc + of_front * crust.front + of_rift * crust.rift).min(1.0);
+            [continent, uplift, youth, crust.rift, volcanism].map(|value| value as f32)
         };
         (0..places.len()).map(node).collect()
     }
