@@ -86,7 +86,7 @@ use std::sync::Arc;
 use crate::area::{Area, Stride};
 use crate::clock::{Clock, stage};
 use crate::geography::Geography;
-use crate::grain_point::Point;
+use crate::grain_point::{Point, overlap, padded};
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::memory::Remembers;
@@ -105,6 +105,7 @@ use settings::FluvialSettings;
 use skerries::Skerries;
 use strata_and_ceiling::Lift;
 use volcanic_cones::VolcanicCones;
+use volcanoes::Volcano;
 use warp::Warp;
 use water::LAKE_DEPTH;
 
@@ -245,6 +246,17 @@ impl Fluvial {
     /// Returns the network of channels, as it is before the warp.
     pub fn network(&self) -> &Network {
         &self.network
+    }
+
+    /// Returns the volcanoes whose middles lie in a rectangle of the world, given by its corners. Their middles are
+    /// those in the world.
+    pub fn volcanoes(&self, rectangle: [Point; 2]) -> Vec<Volcano> {
+        let of_network = self.fields.volcanoes_in(padded(
+            rectangle,
+            self.warp.most_m()[0].max(self.warp.most_m()[1]) / self.fields.metres_a_grain(),
+        ));
+        let in_world = of_network.into_iter().map(|own| Volcano { middle: self.in_world(own.middle), ..own });
+        in_world.filter(|own| overlap([own.middle; 2], rectangle)).collect()
     }
 
     /// Returns the bounds of all heights: (lowest, highest) in metres.

@@ -35,25 +35,29 @@ const CINDER_SLOPE: f64 = 0.56;
 const CINDER_RIM: f64 = 0.3;
 
 /// Greatest share of the radius by which the foot is nearer in some directions than in others.
-const LOBES: f64 = 0.14;
+const LOBES: f64 = 0.12;
 const LOBE_COUNT: f64 = 4.0;
 
-/// Number of ravines around a cone, about, and the multiple further down; and depths of the ravines of the youngest and
-/// of the oldest, as shares of the height above the foot.
-const RAVINES: f64 = 15.0;
-const MORE_RAVINES: f64 = 2.6;
-const RAVINE_DEPTHS: [f64; 2] = [0.05, 0.3];
+/// The ravines around a cone in three sets: their number, about; the share of the foot's distance from which on they are
+/// cut, and on which they deepen; and their depth as a share of that of the first.
+const RAVINES: [[f64; 4]; 3] = [[8.0, 0.04, 0.3, 1.0], [21.0, 0.2, 0.3, 0.7], [47.0, 0.4, 0.25, 0.4]];
+
+/// Waves around a cone of the beginning of its ravines, and the greatest part of chance in it.
+const STARTS: (f64, f64) = (13.0, 0.3);
+
+/// Depths of the ravines of the youngest and of the oldest cones, as shares of the height above the foot.
+const RAVINE_DEPTHS: [f64; 2] = [0.05, 0.36];
 
 /// Half width of ravines of the youngest and of the oldest cones, in values of the noise whose zeros they follow.
-const RAVINE_HALF: [f64; 2] = [0.1, 0.3];
+const RAVINE_HALF: [f64; 2] = [0.13, 0.34];
 
 /// Wavelength in metres of the bends of ravines and flows, and the greatest bend as a share of the distance from the
 /// middle.
-const BEND_WAVE_M: f64 = 1800.0;
-const BEND: f64 = 0.09;
+const BEND_WAVE_M: f64 = 2400.0;
+const BEND: f64 = 0.07;
 
 /// Slope of the floor of a crater's gap.
-const GAP_SLOPE: f64 = 0.22;
+const GAP_SLOPE: f64 = 0.06;
 
 /// Distance from the bed of a channel with water over which a cone fades, in heights of the cone.
 const BANKS: f64 = 1.7;
@@ -91,8 +95,9 @@ impl Stamp for Volcano {
 fn bowl_m(off: DVec2, rim_m: f64, gap: DVec2) -> [f64; 2] {
     let floor_m = 0.3 * rim_m;
     let along_m = off.dot(gap);
-    let from_m = if along_m > 0.0 { gap.perp_dot(off).abs() } else { off.length() };
     let depth_m = WALL * (rim_m - floor_m);
+    let from_m = if along_m > 0.0 { gap.perp_dot(off).abs() } else { off.length() };
+    let floor_m = floor_m * (1.0 - 0.6 * smooth(along_m / rim_m));
     [depth_m, WALL * (from_m - floor_m).max(0.0) - GAP_SLOPE * along_m.max(0.0)]
 }
 
@@ -237,9 +242,12 @@ impl VolcanicCones {
         let foot = 1.0 - LOBES * (0.5 + 0.5 * circle(LOBE_COUNT, 0)).clamp(0.0, 1.0);
         let share = distance_m / (volcano.radius_m * foot);
         let half = lerp([RAVINE_HALF[0], RAVINE_HALF[1] - RAVINE_HALF[0]], volcano.age);
-        let cut = |waves, part| (1.0 - circle(waves, part).abs() / half).max(0.0);
-        let more = smooth((share - 0.3) / 0.3);
-        let ravine = cut(RAVINES, 1).max(0.6 * more * cut(MORE_RAVINES * RAVINES, 2));
+        let late = STARTS.1 * (0.3 + circle(STARTS.0, 1)).clamp(0.0, 1.0);
+        let cut = |(part, [waves, from, over, depth]): (i64, [f64; 4])| {
+            let deep = smooth((share - from - late) / over);
+            depth * deep * (1.0 - circle(waves, part).abs() / half).max(0.0)
+        };
+        let ravine = (2..).zip(RAVINES).map(cut).fold(0.0, f64::max);
         ConePlace { off, distance_m, share, ravine }
     }
 
@@ -262,14 +270,14 @@ fn ravine_depth(volcano: &Volcano, place: &ConePlace) -> f64 {
 
 /// Returns the height in metres of a cone with a crater.
 fn cone_m(volcano: &Volcano, place: &ConePlace) -> f64 {
-    let steep = if volcano.kind == VolcanoKind::Shield { 0.0 } else { 0.55 };
+    let steep = if volcano.kind == VolcanoKind::Shield { 0.0 } else { 0.4 };
     // Steeper and steeper upwards; a shield is a little rounded on top.
     let profile = |share: f64| {
         let left = (1.0 - share).max(0.0);
         left * left * (1.0 - steep + steep * left)
     };
     let rim = profile(volcano.rim);
-    let depth = ravine_depth(volcano, place) * smooth(place.share / 0.25);
+    let depth = ravine_depth(volcano, place);
     let side_m = volcano.height_m * profile(place.share) * (1.0 - depth);
     let [depth_m, above_m] = bowl_m(place.off, volcano.rim * volcano.radius_m, volcano.gap);
     side_m.min(volcano.height_m * rim - depth_m + above_m)

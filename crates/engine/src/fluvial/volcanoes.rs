@@ -29,6 +29,9 @@ const NODES: i64 = 3;
 /// Greatest distance of a volcano from the middle of its node's cell along each axis, as a share of the cell's side.
 const OFF_MIDDLE: f64 = 0.15;
 
+/// Greatest chance of a cell to have a volcano. With it, volcanoes of arcs are 70 km apart on the mean.
+const MOST_CHANCE: f64 = 0.65;
+
 /// Least distance in metres of a volcano's middle from the lowstand's shore, about.
 const INLAND_M: f64 = 1500.0;
 
@@ -141,7 +144,7 @@ const STRATOVOLCANO: KindSizes = KindSizes {
     cinder_cones: (0.0, 5.0),
     cinder_m: (180.0, 220.0),
     flows: (2.0, 6.0),
-    hill_slope: 0.1,
+    hill_slope: 0.12,
     bed_slope: 0.03,
 };
 
@@ -153,7 +156,7 @@ const SHIELD: KindSizes = KindSizes {
     cinder_cones: (6.0, 18.0),
     cinder_m: (180.0, 220.0),
     flows: (4.0, 5.0),
-    hill_slope: 0.08,
+    hill_slope: 0.11,
     bed_slope: 0.065,
 };
 
@@ -165,8 +168,8 @@ const CALDERA: KindSizes = KindSizes {
     cinder_cones: (0.0, 6.0),
     cinder_m: (200.0, 250.0),
     flows: (0.0, 0.0),
-    hill_slope: 0.1,
-    bed_slope: 0.015,
+    hill_slope: 0.12,
+    bed_slope: 0.02,
 };
 
 const CINDER_FIELD: KindSizes = KindSizes {
@@ -177,13 +180,13 @@ const CINDER_FIELD: KindSizes = KindSizes {
     cinder_cones: (8.0, 32.0),
     cinder_m: (200.0, 350.0),
     flows: (2.0, 7.0),
-    hill_slope: 0.05,
-    bed_slope: 0.012,
+    hill_slope: 0.09,
+    bed_slope: 0.015,
 };
 
 /// Slope of hillsides within the foot of a volcano, below its cone: so gentle that the cone alone gives the land its
 /// shape.
-const CORE_HILL_SLOPE: f64 = 0.035;
+const CORE_HILL_SLOPE: f64 = 0.085;
 
 impl VolcanoKind {
     fn sizes(self) -> &'static KindSizes {
@@ -242,7 +245,7 @@ impl Volcanoes {
         let off = DVec2::new(luck(2), luck(3)) - 0.5;
         let middle = corner.moved((0.5 + 2.0 * OFF_MIDDLE * off) * side as f64);
         let land = fields.geography()?.land_at_large(&[middle])[0];
-        if luck(4) >= land.volcanism || fields.inland_m(middle) < INLAND_M {
+        if luck(4) >= MOST_CHANCE * land.volcanism || fields.inland_m(middle) < INLAND_M {
             return None;
         }
         let kind = VolcanoKind::drawn(land.rift, luck(5));
@@ -394,6 +397,40 @@ impl Fields {
                 }
             }
             last = Some((cell, near));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[ignore = "temporary"]
+    fn list() {
+        let fields = Fields::of_preset("world", 3, |_| {});
+        let km = 1e3 / fields.metres_a_grain();
+        let side = (4000.0 * km) as i64;
+        let start = std::time::Instant::now();
+        let all = fields.volcanoes_in([Point { x: -side, y: -side }, Point { x: side, y: side }]);
+        println!("{} volcanoes {:?}", all.len(), start.elapsed());
+        for v in &all {
+            let land = fields.geography().unwrap().land_at_large(&[v.middle])[0];
+            println!(
+                "{:?} at {:.1},{:.1} km R {:.0} H {:.0} age {:.2} cones {} flows {} volcanism {:.2} rift {:.2} uplift {:.2} inland {:.0} km",
+                v.kind,
+                v.middle.x as f64 / km,
+                v.middle.y as f64 / km,
+                v.radius_m,
+                v.height_m,
+                v.age,
+                v.cinder_cones.len(),
+                v.flows.len(),
+                land.volcanism,
+                land.rift,
+                land.uplift,
+                fields.inland_m(v.middle) / 1e3
+            );
         }
     }
 }
