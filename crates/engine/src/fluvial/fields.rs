@@ -226,7 +226,7 @@ impl Fields {
     /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let geography = self.geography().into_iter().flat_map(|geography| geography.memories());
-        let volcanoes = self.volcanoes.iter().map(Volcanoes::memory);
+        let volcanoes = self.volcanoes.iter().flat_map(Volcanoes::memories);
         geography.chain(volcanoes).chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
     }
 

@@ -174,8 +174,12 @@ impl Tributaries {
 
     /// Lets the water of knots sink into the ground of volcanoes.
     fn sink_in(&self, knots: &mut [Knot]) {
-        for knot in knots.iter_mut().filter(|knot| self.fields.is_porous(knot.at)) {
-            knot.discharge_m3s = 0.0;
+        // No tributary is as long as the distance up to which these are known.
+        let volcanoes = self.fields.volcanoes_near(knots[0].at);
+        for knot in knots.iter_mut() {
+            if volcanoes.iter().any(|volcano| volcano.is_porous(&self.fields, knot.at)) {
+                knot.discharge_m3s = 0.0;
+            }
         }
     }
 

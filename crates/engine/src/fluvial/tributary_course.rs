@@ -365,12 +365,12 @@ impl Courses {
     /// runs on.
     fn off_volcanoes(&self, head: Point, (direct, aslant): Ends) -> Option<Ends> {
         let near = self.fields.volcanoes_near(head);
-        if near.is_empty() || self.fields.is_porous(head) {
+        let is_porous = |at: Point| near.iter().any(|volcano| volcano.is_porous(&self.fields, at));
+        if near.is_empty() || is_porous(head) {
             return Some((direct, aslant));
         }
         let places = (1..=VOLCANO_PLACES).map(|place| f64::from(place) / f64::from(VOLCANO_PLACES));
-        let is_dry =
-            |end: &TributaryEnd| places.clone().any(|share| self.fields.is_porous(head.towards(end.foot, share)));
+        let is_dry = |end: &TributaryEnd| places.clone().any(|share| is_porous(head.towards(end.foot, share)));
         (!is_dry(&direct)).then(|| (direct, aslant.filter(|end| !is_dry(end))))
     }
 

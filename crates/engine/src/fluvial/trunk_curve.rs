@@ -66,7 +66,7 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let above_m3s = (drained.discharge_m3s - own_m3s).max(SPRING_AREA * own_m3s);
     let tangents = [start, end].map(|tangent| tangent * TANGENT * bend);
     let ways = even(segments, |t| hermite(straight, tangents, t));
-    let is_volcano = fields.volcano_at(id).is_some();
+    let volcano = fields.volcano_at(id);
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
         let fallen = (t / dry).min(1.0);
@@ -75,12 +75,13 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
         let area = area_above + (drained.area as f64 - area_above) * t;
         let at = here.at.moved(ways[step]);
         // The rain sinks into the volcano at which this trunk begins.
-        let dried = if is_volcano && fields.is_porous(at) { 0.0 } else { 1.0 };
+        let is_dried = volcano.as_ref().is_some_and(|volcano| volcano.is_porous(fields, at));
+        let flows = if is_dried { 0.0 } else { 1.0 };
         Knot {
             at,
             level_m: head_m - fall_m * fallen - drowned_m,
             area,
-            discharge_m3s: dried * (above_m3s + (drained.discharge_m3s - above_m3s) * t),
+            discharge_m3s: flows * (above_m3s + (drained.discharge_m3s - above_m3s) * t),
             pool_m: NO_LAKE,
         }
     };

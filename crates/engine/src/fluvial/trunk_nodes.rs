@@ -138,8 +138,8 @@ impl TrunkNodes {
     fn make_nodes(&self, patch: NodePatch) -> Vec<TrunkNode> {
         let side = self.fields.side(0);
         let place = |id: NodeId| {
-            if let Some(middle) = self.fields.volcano_at(id) {
-                return middle;
+            if let Some(volcano) = self.fields.volcano_at(id) {
+                return volcano.middle;
             }
             let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
             let corner = Point { x: id.0 * side, y: id.1 * side };

@@ -218,6 +218,8 @@ impl VolcanoKind {
 #[derive(Debug)]
 pub struct Volcanoes {
     seed: u64,
+    /// The volcano of each cell.
+    own: Memory<VolcanoCell, Option<Volcano>>,
     /// For each cell, the volcanoes that may shape the country somewhere in it.
     near: Memory<VolcanoCell, Vec<Volcano>>,
 }
@@ -225,16 +227,21 @@ pub struct Volcanoes {
 impl Volcanoes {
     /// Makes the volcanoes of a world with a geography.
     pub fn new(seed: u64) -> Volcanoes {
-        Volcanoes { seed: hash::stream(seed, Stream::Volcanoes), near: Memory::new(2 << 20) }
+        let [own, near] = [3 << 20, 4 << 20];
+        Volcanoes { seed: hash::stream(seed, Stream::Volcanoes), own: Memory::new(own), near: Memory::new(near) }
     }
 
-    /// Returns the cache.
-    pub fn memory(&self) -> &dyn Remembers {
-        &self.near
+    /// Returns the caches.
+    pub fn memories(&self) -> [&dyn Remembers; 2] {
+        [&self.own, &self.near]
     }
 
     /// Returns the volcano of a cell, if there is one.
-    fn of(&self, fields: &Fields, cell: VolcanoCell) -> Option<Volcano> {
+    fn of(&self, fields: &Fields, cell: VolcanoCell) -> Arc<Option<Volcano>> {
+        self.own.get(cell, || self.make(fields, cell))
+    }
+
+    fn make(&self, fields: &Fields, cell: VolcanoCell) -> Option<Volcano> {
         let own = hash::lattice(self.seed, cell.0, cell.1);
         let luck = |part: u64| hash::share(hash::combine(own, part));
         let by_chance = |(least, more): (f64, f64), part| least + more * luck(part);
@@ -298,7 +305,7 @@ impl Volcanoes {
     fn near(&self, fields: &Fields, cell: VolcanoCell) -> Arc<Vec<Volcano>> {
         self.near.get(cell, || {
             let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (cell.0 + i, cell.1 + j)));
-            around.filter_map(|cell| self.of(fields, cell)).collect()
+            around.filter_map(|cell| self.of(fields, cell).as_ref().clone()).collect()
         })
     }
 }
@@ -316,10 +323,10 @@ impl Volcano {
         smooth((self.reach_m - distance_m) / (self.reach_m - self.radius_m))
     }
 
-    /// Tells whether the rain sinks into the ground at an offset in metres from the volcano's middle: within its foot,
-    /// but not on the floor of a caldera.
-    pub fn is_porous(&self, off: DVec2) -> bool {
-        let distance_m = off.length();
+    /// Tells whether the rain sinks into the ground at a point: within the volcano's foot, but not on the floor of a
+    /// caldera.
+    pub fn is_porous(&self, fields: &Fields, at: Point) -> bool {
+        let distance_m = at.distance(self.middle) * fields.metres_a_grain();
         distance_m < self.radius_m && (self.kind != VolcanoKind::Caldera || distance_m > self.floor_m())
     }
 
@@ -357,14 +364,17 @@ impl Fields {
         let (first, last) = (Volcanoes::cell(self, low), Volcanoes::cell(self, high));
         let cells = (first.1..=last.1).flat_map(|j| (first.0..=last.0).map(move |i| (i, j)));
         let inside = |at: Point| at.x >= low.x && at.x <= high.x && at.y >= low.y && at.y <= high.y;
-        cells.filter_map(|cell| volcanoes.of(self, cell)).filter(|volcano| inside(volcano.middle)).collect()
+        cells
+            .filter_map(|cell| volcanoes.of(self, cell).as_ref().clone())
+            .filter(|volcano| inside(volcano.middle))
+            .collect()
     }
 
-    /// Returns the middle of the volcano that stands upon a node of the trunk lattice.
-    pub fn volcano_at(&self, node: NodeId) -> Option<Point> {
-        let side = self.side(0);
-        let near = self.volcanoes_near(Point { x: node.0 * side, y: node.1 * side });
-        near.iter().find(|volcano| volcano.node == node).map(|volcano| volcano.middle)
+    /// Returns the volcano that stands upon a node of the trunk lattice, if there is one.
+    pub(super) fn volcano_at(&self, node: NodeId) -> Option<Volcano> {
+        let cell = (node.0.div_euclid(CELL), node.1.div_euclid(CELL));
+        let volcano = self.volcanoes.as_ref()?.of(self, cell);
+        volcano.as_ref().as_ref().filter(|volcano| volcano.node == node).cloned()
     }
 
     /// Returns the rise of the potential by which trunks flow, at a node and its place.
@@ -375,12 +385,6 @@ impl Fields {
             RISE * left * left + if volcano.node == node { OWN_RISE } else { 0.0 }
         };
         self.volcanoes_near(at).iter().map(rise).sum()
-    }
-
-    /// Tells whether the rain sinks into the ground of a volcano at a point.
-    pub(super) fn is_porous(&self, at: Point) -> bool {
-        let off = |volcano: &Volcano| at.from(volcano.middle) * self.metres_a_grain();
-        self.volcanoes_near(at).iter().any(|volcano| volcano.is_porous(off(volcano)))
     }
 
     /// Changes the laws at points near volcanoes.
@@ -404,33 +408,174 @@ impl Fields {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::area::{Area, Stride};
+    use crate::clock::Clock;
+    use crate::fluvial::Fluvial;
+    use crate::land::Land;
+    use crate::preset::Preset;
+    use crate::world::World;
+
+    fn world(seed: u64, stride: u64) -> World {
+        let (_, preset) = Preset::load("world").unwrap();
+        World::strided(preset, Some(seed), Stride::new(stride).unwrap()).unwrap()
+    }
+
+    fn fluvial(world: &World) -> &Fluvial {
+        world.relief().fluvial().unwrap()
+    }
+
+    /// Returns the square around the origin whose sides are so many kilometres away.
+    fn square(fields: &Fields, km: f64) -> [Point; 2] {
+        Point::default().square(km * 1000.0 / fields.metres_a_grain())
+    }
+
+    /// Returns the volcanoes of a kind within 5,000 km of the origin, in the plane of the network.
+    fn all_of(fields: &Fields, kind: VolcanoKind) -> Vec<Volcano> {
+        fields.volcanoes_in(square(fields, 5000.0)).into_iter().filter(|volcano| volcano.kind == kind).collect()
+    }
+
+    /// Returns the land at the nodes of a world in a square around a point, with sides so many metres away.
+    fn land(world: &World, around: Point, metres: f64) -> Land {
+        let node = world.spacing_m();
+        let half = (metres / node) as i64;
+        let grains = world.stride().vertices() * crate::grain_point::GRAINS;
+        let area = Area::new(around.x / grains - half, around.y / grains - half, 2 * half as usize, 2 * half as usize);
+        world.relief().land(area, &Clock::default()).unwrap()
+    }
 
     #[test]
-    #[ignore = "temporary"]
-    fn list() {
-        let fields = Fields::of_preset("world", 3, |_| {});
-        let km = 1e3 / fields.metres_a_grain();
-        let side = (4000.0 * km) as i64;
-        let start = std::time::Instant::now();
-        let all = fields.volcanoes_in([Point { x: -side, y: -side }, Point { x: side, y: side }]);
-        println!("{} volcanoes {:?}", all.len(), start.elapsed());
-        for v in &all {
-            let land = fields.geography().unwrap().land_at_large(&[v.middle])[0];
-            println!(
-                "{:?} at {:.1},{:.1} km R {:.0} H {:.0} age {:.2} cones {} flows {} volcanism {:.2} rift {:.2} uplift {:.2} inland {:.0} km",
-                v.kind,
-                v.middle.x as f64 / km,
-                v.middle.y as f64 / km,
-                v.radius_m,
-                v.height_m,
-                v.age,
-                v.cinder_cones.len(),
-                v.flows.len(),
-                land.volcanism,
-                land.rift,
-                land.uplift,
-                fields.inland_m(v.middle) / 1e3
-            );
+    fn volcanoes_stand_where_plates_ask_for_them_and_nowhere_else() {
+        let mut kinds = Vec::new();
+        for seed in 1..=3 {
+            let world = world(seed, 1);
+            let fields = fluvial(&world).fields();
+            let all = fields.volcanoes_in(square(fields, 5000.0));
+            assert!((50..1200).contains(&all.len()), "seed {seed} has {} volcanoes", all.len());
+            for volcano in &all {
+                let land = world.geography().unwrap().land_at_large(&[volcano.middle])[0];
+                assert!(land.volcanism > 0.0 && fields.inland_m(volcano.middle) >= INLAND_M, "{volcano:?}: {land:?}");
+                kinds.push(volcano.kind);
+                assert!(all.iter().all(|other| {
+                    let apart = other.middle.distance(volcano.middle);
+                    other.node == volcano.node || apart > 1.5 * fields.side(0) as f64
+                }));
+            }
+            let km = 1000.0 / fields.metres_a_grain();
+            let places = (0..10_000).map(|n| Point { x: (n % 100 - 50), y: (n / 100 - 50) });
+            let places: Vec<Point> = places
+                .map(|at| Point { x: (at.x as f64 * 100.0 * km) as i64, y: (at.y as f64 * 100.0 * km) as i64 })
+                .collect();
+            let lands = world.geography().unwrap().land_at_large(&places);
+            let is_shield = |land: &&crate::geography::LandAtLarge| {
+                land.continent > 0.5 && land.youth < 0.05 && land.rift < 0.01 && land.uplift < 0.1
+            };
+            let shields: Vec<_> = lands.iter().filter(is_shield).collect();
+            assert!(shields.len() > 20, "{} places on shields", shields.len());
+            let quiet = shields.iter().filter(|land| land.volcanism < 0.02).count();
+            assert!(quiet as f64 > 0.99 * shields.len() as f64, "{quiet} of {} are quiet", shields.len());
+        }
+        use VolcanoKind::{Caldera, CinderField, Shield, Stratovolcano};
+        for kind in [Stratovolcano, Shield, Caldera, CinderField] {
+            assert!(kinds.iter().filter(|own| **own == kind).count() > 20, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn laws_near_volcanoes_keep_their_bounds() {
+        let world = world(3, 1);
+        let fields = fluvial(&world).fields();
+        let [least, most] = [fields.least_laws(), fields.most_laws()];
+        for volcano in fields.volcanoes_in(square(fields, 4000.0)) {
+            let step = volcano.reach_m / 12.0 / fields.metres_a_grain();
+            let places: Vec<Point> = (0..16)
+                .map(|n| volcano.middle.moved(DVec2::new(f64::from(n) * step, f64::from(n % 4) * step)))
+                .collect();
+            for laws in fields.all_laws(&places) {
+                for of in [
+                    (|laws: &Laws| laws.hill_slope) as fn(&Laws) -> f64,
+                    |laws| laws.bed_slope,
+                    |laws| laws.lakes,
+                    |laws| laws.old_arms,
+                    |laws| laws.braids,
+                    |laws| laws.levees,
+                ] {
+                    assert!((of(least)..=of(most)).contains(&of(&laws)), "{laws:?} at {volcano:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stratovolcano_rises_a_thousand_metres_above_its_foot() {
+        let world = world(3, 16);
+        let fields = fluvial(&world).fields();
+        for volcano in all_of(fields, VolcanoKind::Stratovolcano).iter().step_by(12) {
+            let middle = fluvial(&world).in_world(volcano.middle);
+            let land = land(&world, middle, 1.4 * volcano.radius_m);
+            let grains = world.stride().vertices();
+            let (mut foot_m, mut top_m) = (Vec::new(), f32::NEG_INFINITY);
+            for (x, y) in land.heights.area().vertices() {
+                let away_m = Point::at_vertex(x * grains, y * grains).distance(middle) * fields.metres_a_grain();
+                let height_m = land.heights.at(x, y);
+                if (away_m / volcano.radius_m - 1.2).abs() < 0.1 {
+                    foot_m.push(height_m);
+                }
+                if away_m < 0.2 * volcano.radius_m {
+                    top_m = top_m.max(height_m);
+                }
+            }
+            foot_m.sort_unstable_by(f32::total_cmp);
+            let rise_m = top_m - foot_m[foot_m.len() / 2];
+            assert!(rise_m > 1000.0, "{volcano:?} rises {rise_m} m");
+        }
+    }
+
+    /// Water runs away from a volcano, and none through it.
+    #[test]
+    fn rivers_run_outwards_from_volcanoes() {
+        let world = world(3, 1);
+        let (network, fields) = (fluvial(&world).network(), fluvial(&world).fields());
+        let (mut outwards, mut all) = (0, 0);
+        for volcano in all_of(fields, VolcanoKind::Stratovolcano).iter().step_by(12) {
+            let away_m = |at: Point| at.distance(volcano.middle) * fields.metres_a_grain();
+            let around = volcano.middle.square(1.6 * volcano.radius_m / fields.metres_a_grain());
+            for level in 0..3 {
+                network.channels(level, around, |channel| {
+                    let wet: Vec<Point> = channel
+                        .knots
+                        .iter()
+                        .filter(|knot| fields.holds_water(knot.discharge_m3s))
+                        .map(|knot| knot.at)
+                        .collect();
+                    let Some((first, last)) = wet.first().zip(wet.last()) else { return };
+                    if level > 0 {
+                        // A river's curves may come a little nearer than its course.
+                        let nearest_m = wet.iter().map(|at| away_m(*at)).fold(f64::INFINITY, f64::min);
+                        assert!(nearest_m > 0.9 * volcano.radius_m, "{:?}: {nearest_m} m from {volcano:?}", channel.id);
+                    }
+                    if away_m(*first) < 1.5 * volcano.radius_m {
+                        all += 1;
+                        outwards += i32::from(away_m(*last) > away_m(*first));
+                    }
+                });
+            }
+        }
+        assert!(all > 20 && f64::from(outwards) > 0.9 * f64::from(all), "{outwards} of {all} rivers run outwards");
+    }
+
+    #[test]
+    fn a_volcano_is_the_same_in_every_window() {
+        let world = world(3, 4);
+        let fields = fluvial(&world).fields();
+        for kind in [VolcanoKind::Stratovolcano, VolcanoKind::Caldera, VolcanoKind::CinderField] {
+            let volcano = &all_of(fields, kind)[3];
+            let middle = fluvial(&world).in_world(volcano.middle);
+            let whole = land(&world, middle, 0.5 * volcano.radius_m);
+            for part in whole.heights.area().halves() {
+                let other = self::world(3, 4);
+                let own = other.relief().land(part, &Clock::default()).unwrap();
+                assert_eq!(own.heights, whole.heights.part(part), "{volcano:?}");
+            }
         }
     }
 }
