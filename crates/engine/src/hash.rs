@@ -197,6 +197,10 @@ register! {
     PlateBends = 44 << 32, 4;
     /// Noise of the geography, by its purpose.
     Geography = 45 << 32, PARTS;
+    /// Noise of rocks, by its purpose.
+    Rock = 52 << 32, PARTS;
+    /// Beds of layered rock.
+    Beds = 53 << 32, 1;
 }
 
 /// The number of a stream, or of a part of a stream.
