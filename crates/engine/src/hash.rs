@@ -201,6 +201,10 @@ register! {
     Volcanoes = 50 << 32, 1;
     /// Shapes of volcanoes: ravines, and the bends of all that runs down from them.
     VolcanoShape = 51 << 32, 4;
+    /// Noise of rocks, by its purpose.
+    Rock = 52 << 32, PARTS;
+    /// Beds of layered rock.
+    Beds = 53 << 32, 1;
 }
 
 /// The number of a stream, or of a part of a stream.

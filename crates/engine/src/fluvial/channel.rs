@@ -261,7 +261,7 @@ mod tests {
     use crate::fluvial::settings::FluvialSettings;
 
     fn channel(places: &[[i64; 2]]) -> Channel {
-        let [_, laws] = Laws::bounds(&FluvialSettings::default(), 0.0, false);
+        let laws = Laws::everywhere(&FluvialSettings::default(), 0.0);
         let knot = |[x, y]: [i64; 2]| {
             let (at, level_m) = (Point { x, y }, -(x as f64));
             Knot { at, level_m, area: 1.0, discharge_m3s: 1.0, pool_m: NO_LAKE }

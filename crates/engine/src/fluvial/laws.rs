@@ -4,7 +4,9 @@
 use std::sync::Arc;
 
 use super::fields::{Fields, SECONDS_A_YEAR, WIDEST_TROUGH, most_area};
+use super::rock_laws::{self, RockFactors};
 use super::settings::FluvialSettings;
+use crate::geography::rock::{RockAtLarge, Rocks};
 use crate::geography::{Geography, LEAST_UPLIFT, Setting};
 use crate::geometry::smooth;
 use crate::grain_point::Point;
@@ -47,6 +49,8 @@ pub struct Laws {
     pub old_arms: f64,
     /// Share of the reaches of trunks that are braided where there is room for it.
     pub braids: f64,
+    /// Share of the cells of fine levels that have no brook.
+    pub left_out: f64,
 }
 
 /// Ranges of the laws of a whole world: the half width of floors, in mountains and on plains; gullies, where it is wet
@@ -58,6 +62,12 @@ const WORLD_LAKES: [f64; 2] = [0.03, 0.5];
 const WORLD_OLD_ARMS: f64 = 0.5;
 const WORLD_BRAIDS: f64 = 0.2;
 const WORLD_MORAINES: f64 = 0.8;
+
+/// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
+const LEFT_OUT: f64 = 0.15;
+
+/// Number of the finest levels whose density depends on the rock.
+const ROCK_LEVELS: u32 = 2;
 
 /// Uplift from which on land counts as hilly, and runoff in metres a year from which on it counts as wet.
 const HILLY: f64 = 0.12;
@@ -89,18 +99,17 @@ const MOST_SPRING: f64 = 0.8;
 /// The source of the laws of each place.
 #[derive(Debug)]
 pub enum LawSource {
-    /// Noise that says how fast the land rises. All else is the same everywhere.
-    Uplift(PointNoise),
+    /// Noise that says how fast the land rises, and the rocks, if they differ. All else is the same everywhere.
+    Uplift(PointNoise, Option<(Rocks, RockAtLarge)>),
     /// The geography of a whole world.
     Geography(Arc<Geography>),
 }
 
 impl Laws {
-    /// Returns the least and the greatest value of each law over all places of a land with these settings, whose
-    /// heights count from a datum in metres. `has_geography` is true for a whole world.
-    pub fn bounds(settings: &FluvialSettings, datum_m: f64, has_geography: bool) -> [Laws; 2] {
-        let [low, high] = settings.hill_slope;
-        let everywhere = Laws {
+    /// Returns the laws of a land with these settings, whose heights count from a datum in metres, as far as they are
+    /// the same everywhere.
+    pub fn everywhere(settings: &FluvialSettings, datum_m: f64) -> Laws {
+        Laws {
             hill_slope: 0.0,
             bed_slope: 0.0,
             channel_slope: settings.channel_slope,
@@ -118,10 +127,19 @@ impl Laws {
             lakes: settings.lakes,
             old_arms: settings.old_arms,
             braids: settings.braids,
-        };
+            left_out: LEFT_OUT,
+        }
+    }
+
+    /// Returns the least and the greatest value of each law over all places of a land with these settings, given the
+    /// laws that hold [everywhere](Laws::everywhere). `has_geography` is true for a whole world.
+    pub fn bounds(settings: &FluvialSettings, everywhere: Laws, datum_m: f64, has_geography: bool) -> [Laws; 2] {
+        let [low, high] = settings.hill_slope;
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
+        let (low, high) = (low.min(high), low.max(high));
         if !has_geography {
-            return [bound(low.min(high), settings.uplift.least), bound(low.max(high), 1.0)];
+            let bounds = [bound(low, settings.uplift.least), bound(high, 1.0)];
+            return if settings.rock.is_some() { Laws::bounds_on_rocks(bounds) } else { bounds };
         }
         let of_world = |end: usize, laws: Laws| Laws {
             valley: WORLD_VALLEY[end],
@@ -136,8 +154,29 @@ impl Laws {
             moraines: WORLD_MORAINES,
             ..laws
         };
-        let least = bound(low.min(high), mixed_root(LEAST_UPLIFT, PLAINS_RISE));
-        [of_world(0, least), of_world(1, bound(low.max(high), 1.0))]
+        let least = bound(low, mixed_root(LEAST_UPLIFT, PLAINS_RISE));
+        Laws::bounds_on_rocks([of_world(0, least), of_world(1, bound(high, 1.0))])
+    }
+
+    /// Widens the least and the greatest values of laws to those on any rock.
+    fn bounds_on_rocks([least, most]: [Laws; 2]) -> [Laws; 2] {
+        let (low, high) = (least.on(&rock_laws::LEAST), most.on(&rock_laws::MOST));
+        // The more brooks there are, the fewer are left out.
+        [Laws { left_out: high.left_out, ..low }, Laws { left_out: low.left_out, ..high }]
+    }
+
+    /// Returns the laws on a rock with these factors.
+    fn on(self, rock: &RockFactors) -> Laws {
+        Laws {
+            hill_slope: self.hill_slope * rock.hill_slope,
+            bed_slope: self.bed_slope * rock.bed_slope,
+            valley: self.valley * rock.valley,
+            crest_m: self.crest_m * rock.crest_m,
+            gullies: (self.gullies * rock.gullies).min(1.0),
+            rills: (self.rills * rock.gullies).min(1.0),
+            left_out: (1.0 - (1.0 - self.left_out) * rock.brooks).max(0.0),
+            ..self
+        }
     }
 
     /// Returns the slope of a river, by the area that it drains, in cells of the trunk lattice.
@@ -210,7 +249,13 @@ impl Fields {
     /// Returns the [laws](Fields::laws) at any number of points, for callers that know all points beforehand.
     pub fn all_laws(&self, points: &[Point]) -> Vec<Laws> {
         match &self.law_source {
-            LawSource::Uplift(noise) => noise.at_all(points).into_iter().map(|noise| self.laws_by(noise)).collect(),
+            LawSource::Uplift(noise, rocks) => {
+                let laws = noise.at_all(points).into_iter().map(|noise| self.laws_by(noise));
+                let Some((rocks, country)) = rocks else { return laws.collect() };
+                let wet = smooth(self.settings().runoff_m / WET_RUNOFF_M);
+                let rocks = rocks.at_all(points, &vec![*country; points.len()]);
+                laws.zip(rocks).map(|(laws, rock)| laws.on(&RockFactors::new(&rock, wet))).collect()
+            }
             LawSource::Geography(geography) => {
                 let mut laws: Vec<Laws> =
                     geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect();
@@ -220,16 +265,26 @@ impl Fields {
         }
     }
 
+    /// Tells whether the cell of a level with this head has no channel, by a chance from 0 to 1.
+    pub(super) fn leaves_out(&self, level: u32, head: Point, chance: f64) -> bool {
+        // Rock decides where brooks begin. Larger rivers come from further away, and cross any rock.
+        if level + ROCK_LEVELS < self.levels() {
+            return chance < LEFT_OUT;
+        }
+        let [least, most] = [self.least_laws(), self.most_laws()].map(|laws| laws.left_out);
+        chance < most && (chance < least || chance < self.laws(head).left_out)
+    }
+
     /// Returns the laws where the uplift's noise has this value: the land rises at a rate from `uplift.least` to 1.
     fn laws_by(&self, noise: f64) -> Laws {
         let FluvialSettings { uplift, hill_slope: [low, high], trunk_slope, .. } = self.settings();
         let t = ((noise - uplift.mask.from) / (uplift.mask.to - uplift.mask.from)).clamp(0.0, 1.0);
         let uplift = uplift.least + (1.0 - uplift.least) * t * t * (3.0 - 2.0 * t);
-        Laws { hill_slope: low + (high - low) * uplift, bed_slope: trunk_slope * uplift, ..*self.most_laws() }
+        Laws { hill_slope: low + (high - low) * uplift, bed_slope: trunk_slope * uplift, ..self.everywhere }
     }
 
     /// Returns the laws of a place of a whole world.
-    fn laws_of(&self, Setting { land, climate }: &Setting) -> Laws {
+    fn laws_of(&self, Setting { land, rock, climate }: &Setting) -> Laws {
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
         // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
@@ -253,7 +308,9 @@ impl Fields {
             old_arms: wet * flat * WORLD_OLD_ARMS,
             braids: flat * WORLD_BRAIDS,
             levees: flat,
-            ..*self.most_laws()
+            moraines: WORLD_MORAINES,
+            ..self.everywhere
         }
+        .on(&RockFactors::new(rock, wet))
     }
 }

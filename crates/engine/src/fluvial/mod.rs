@@ -21,7 +21,8 @@
 //! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
 //! stage reads to make an area.
 //!
-//! The modules, in the order of that diagram: `potential`, `fields`, `laws` and `strata_and_ceiling` hold the laws.
+//! The modules, in the order of that diagram: `potential`, `fields`, `laws`, `rock_laws` and
+//! `strata_and_ceiling` hold the laws.
 //! `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`,
 //! `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their oxbows and side arms.
 //! `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the beds of all.
@@ -35,6 +36,7 @@
 pub mod settings;
 mod potential;
 pub mod laws;
+mod rock_laws;
 pub mod fields;
 pub mod volcanoes;
 mod strata_and_ceiling;

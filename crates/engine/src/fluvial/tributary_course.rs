@@ -68,9 +68,6 @@ const BESIDE_WAYS: f64 = 2.0 * NEEDLE / (1.0 - 2.0 * NEEDLE);
 /// Side of a [`TributaryPage`] in cells.
 const PAGE: i64 = 8;
 
-/// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
-const LEFT_OUT: f64 = 0.15;
-
 /// Least slope of a valley's side at which a dry brook begins, as a share of the side's slope further up: the minimum
 /// and the addition by chance. On a flood plain a dry brook would be a scratch that leads nowhere. Chosen by eye.
 const FLAT: (f64, f64) = (0.25, 0.15);
@@ -383,13 +380,11 @@ impl Courses {
     /// out.
     pub fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
         let (side, seed) = (self.fields.side(level), hash::network_level(self.seed, level));
-        if chance(seed, (x, y), Draw::Choice, 0) < LEFT_OUT {
-            return None;
-        }
         // The head keeps off the edges of its cell, so that heads of neighbouring cells stay apart.
         let corner = Point { x: x * side, y: y * side };
         let offset = |axis| (EDGE + INNER * chance(seed, (x, y), Draw::Head, axis)) * side as f64;
-        Some(corner.moved(DVec2::new(offset(0), offset(1))))
+        let head = corner.moved(DVec2::new(offset(0), offset(1)));
+        (!self.fields.leaves_out(level, head, chance(seed, (x, y), Draw::Choice, 0))).then_some(head)
     }
 
     /// Returns the possible ends of the tributary of a cell, given the segments of the levels above around its head.

@@ -2,7 +2,9 @@
 //!
 //! ```text
 //! plates, noise --> land at large: continent, uplift, youth     on a lattice of its own, 8 km on Earth
-//!                          |
+//!                          |          |
+//!                          |          v
+//!                          |        rock: its kind, its beds     at each place
 //!                          v
 //!                   planned heights, latitude --> climate        on a lattice of its own, 32 km
 //!                                                    |
@@ -17,11 +19,13 @@ pub mod settings;
 mod turned_noise;
 mod plates;
 mod spline;
+pub mod rock;
 pub mod biome;
 pub mod climate;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
+use rock::{BedsLie, RockAtLarge, RockAtPlace, Rocks};
 use settings::GeographySettings;
 use spline::SplineLattice;
 use turned_noise::TurnedNoise;
@@ -92,16 +96,19 @@ pub struct Geography {
     arcs: TurnedNoise,
     /// Number of `continent` where the sea begins, before it is taken off.
     sea: f64,
-    land: SplineLattice<5>,
+    land: SplineLattice<6>,
+    rocks: Rocks,
     climate: Climate,
     climates: SplineLattice<5>,
 }
 
-/// The land and the climate of a place at large.
+/// The land, the rock and the climate of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     /// The land.
     pub land: LandAtLarge,
+    /// The rock.
+    pub rock: RockAtPlace,
     /// The climate.
     pub climate: PlaceClimate,
 }
@@ -117,6 +124,9 @@ pub struct LandAtLarge {
     pub youth: f64,
     /// Strength of a rift, from 0 to 1.
     pub rift: f64,
+    /// Distance across the nearest border between plates, in sides of a plate, negative on one side of the border: the
+    /// ranges of a belt run along its lines.
+    pub across: f64,
     /// Strength of volcanism, from 0 to 1: in arcs of islands, inland of a shore where an ocean's plate sinks under it,
     /// and in rifts.
     pub volcanism: f64,
@@ -143,6 +153,7 @@ impl Geography {
             arcs: noise(5, ARC_WAVE * plate, 2, 0.5),
             sea: 0.0,
             land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
+            rocks: Rocks::new(metres_a_grain, seed),
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
         };
@@ -179,11 +190,12 @@ impl Geography {
         let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
         nodes
             .into_iter()
-            .map(|[continent, uplift, youth, rift, volcanism]| LandAtLarge {
+            .map(|[continent, uplift, youth, rift, across, volcanism]| LandAtLarge {
                 continent,
                 uplift,
                 youth,
                 rift,
+                across,
                 volcanism,
             })
             .collect()
@@ -211,10 +223,39 @@ impl Geography {
         nodes.into_iter().map(of).collect()
     }
 
-    /// Returns the land and the climates of places.
+    /// Returns the rock of places, given the land there.
+    pub fn rocks(&self, places: &[Point], land: &[LandAtLarge]) -> Vec<RockAtPlace> {
+        let countries: Vec<RockAtLarge> = land.iter().map(|land| self.country(land)).collect();
+        self.rocks.at_all(places, &countries)
+    }
+
+    /// Returns strike and dip of the beds of a place, given the land there.
+    pub fn beds_lie(&self, at: Point, land: &LandAtLarge) -> BedsLie {
+        self.rocks.beds_lie(at, self.country(land))
+    }
+
+    /// Returns the land, the rock and the climates of places.
     pub fn settings_at(&self, places: &[Point]) -> Vec<Setting> {
-        let both = self.land_at_large(places).into_iter().zip(self.climates(places));
-        both.map(|(land, climate)| Setting { land, climate }).collect()
+        let land = self.land_at_large(places);
+        let rocks = self.rocks(places, &land);
+        let all = land.into_iter().zip(rocks).zip(self.climates(places));
+        all.map(|((land, rock), climate)| Setting { land, rock, climate }).collect()
+    }
+
+    /// Returns the rocks of a country, given its land: massive ones in the cores of ranges and above all in worn ones,
+    /// layered ones around them, volcanic ones in rifts, and soft ones on plains.
+    fn country(&self, land: &LandAtLarge) -> RockAtLarge {
+        let hilly = smooth(land.uplift / 0.12);
+        let massive = 0.1 + hilly * (0.3 - 0.15 * land.youth);
+        let layered = 0.4 + 0.3 * hilly * land.youth;
+        let volcanic = 0.03 + 0.6 * land.rift;
+        let soft = 0.05 + 0.45 * (1.0 - hilly);
+        let all = massive + layered + volcanic + soft;
+        RockAtLarge {
+            shares: [massive, layered, volcanic, soft].map(|share| share / all),
+            folded: hilly * (0.3 + 0.7 * land.youth),
+            across_km: land.across * self.settings.plate_km,
+        }
     }
 
     /// Returns the latitude of a place in degrees north.
@@ -223,7 +264,7 @@ impl Geography {
     }
 
     /// Returns the numbers of the land at large at nodes.
-    fn nodes(&self, places: &[Point]) -> Vec<[f32; 5]> {
+    fn nodes(&self, places: &[Point]) -> Vec<[f32; 6]> {
         let crusts = self.plates.crust(places);
         let old_crusts = self.old_plates.crust(places);
         let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
@@ -247,7 +288,7 @@ impl Geography {
             let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
             let [of_arc, of_front, of_rift] = VOLCANISM;
             let volcanism = (of_arc * crust.arc + of_front * crust.front + of_rift * crust.rift).min(1.0);
-            [continent, uplift, youth, crust.rift, volcanism].map(|value| value as f32)
+            [continent, uplift, youth, crust.rift, crust.across, volcanism].map(|value| value as f32)
         };
         (0..places.len()).map(node).collect()
     }
