@@ -10,7 +10,8 @@
 //!                     valleys: the lowest valley side at each vertex
 //!                                   |
 //!                                   v
-//!                     gullies, moraines, barriers, glaciers, coast, breaches, strata, ceiling, beds
+//!                     gullies, moraines, barriers, cones of volcanoes, glaciers, coast, breaches, strata,
+//!                     ceiling, beds
 //!                                   |
 //!                                   v
 //!                     Land: heights and water
@@ -21,14 +22,14 @@
 //! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
 //! stage reads to make an area.
 //!
-//! The modules, in the order of that diagram: `potential`, `fields`, `laws`, `rock_laws` and
+//! The modules, in the order of that diagram: `potential`, `fields`, `laws`, `rock_laws`, `volcanoes` and
 //! `strata_and_ceiling` hold the laws.
 //! `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`,
 //! `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their oxbows and side arms.
 //! `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the beds of all.
 //! `network` finds channels with their
 //! `cross_section`s and `segment`s by place. `warp`, `valley`, `valley_side`, `hillsides`, `gullies`, the `stamp`s
-//! (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them, as `stages`
+//! (`moraine`, `barrier`, `volcanic_cones` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them, as `stages`
 //! asks for them in the `detail` that nodes can show. `rivers` and `strahler` know whole rivers, and `survey` measures
 //! the land for planning roads. At coarse strides, `brook_relief` is the mean relief of brooks too fine to show, and
 //! `node_means` averages finer nodes where even trunks are too fine.

@@ -79,7 +79,8 @@ impl Fluvial {
         Ok(Carved { nodes, hillsides, valleys })
     }
 
-    /// Adds the stages after valleys and gullies: moraines, barriers, glaciers, coast, breaches and water.
+    /// Adds the stages after valleys and gullies: moraines, barriers, volcanoes, glaciers, coast, breaches and
+    /// water.
     fn fill_in(
         &self,
         segments: &Segments,
