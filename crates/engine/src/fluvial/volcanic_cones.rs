@@ -13,14 +13,14 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::fields::Fields;
-use super::segment::Segments;
+use super::segment::{Segment, Segments};
 use super::stamp::{self, Stamp};
 use super::valley::Valleys;
 use super::volcanoes::{CinderCone, LavaFlow, Volcano, VolcanoKind};
 use super::warp::Displaced;
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::geometry::{lerp, smooth};
+use crate::geometry::{LineSegment, lerp, smooth};
 use crate::grain_point::Point;
 use crate::hash::{self, Stream};
 use crate::noise::point_noise::{PointField, PointNoise};
@@ -43,13 +43,13 @@ const LOBE_COUNT: f64 = 4.0;
 
 /// The ravines around a cone in three sets: their number, about; the share of the foot's distance from which on they are
 /// cut, and on which they deepen; and their depth as a share of that of the first.
-const RAVINES: [[f64; 4]; 3] = [[8.0, 0.04, 0.3, 1.0], [21.0, 0.2, 0.3, 0.7], [47.0, 0.4, 0.25, 0.4]];
+const RAVINES: [[f64; 4]; 3] = [[8.0, 0.06, 0.4, 1.0], [21.0, 0.2, 0.3, 0.7], [47.0, 0.4, 0.25, 0.4]];
 
 /// Waves around a cone of the beginning of its ravines, and the greatest part of chance in it.
 const STARTS: (f64, f64) = (13.0, 0.3);
 
 /// Depths of the ravines of the youngest and of the oldest cones, as shares of the height above the foot.
-const RAVINE_DEPTHS: [f64; 2] = [0.05, 0.36];
+const RAVINE_DEPTHS: [f64; 2] = [0.05, 0.3];
 
 /// Half width of ravines of the youngest and of the oldest cones, in values of the noise whose zeros they follow.
 const RAVINE_HALF: [f64; 2] = [0.13, 0.34];
@@ -67,6 +67,9 @@ const BANKS: f64 = 1.7;
 
 /// Least half width in vertices of the bed of a channel, which cones leave free.
 const BED: f64 = 3.0;
+
+/// Half width in vertices of the floor of the gorge in which a river leaves a caldera.
+const GORGE: f64 = 6.0;
 
 /// Width of the rim of a lava flow as a share of its half width, and the height of its levees above its middle, as a
 /// share of its height.
@@ -87,10 +90,32 @@ pub struct VolcanicCones {
     bends: [PointNoise; 2],
 }
 
-impl Stamp for Volcano {
+/// A cone, with the course of the river that leaves it, in metres from its middle, as far as the river is known.
+struct Cone {
+    volcano: Volcano,
+    outlet: Vec<LineSegment>,
+}
+
+impl Stamp for Cone {
     fn reach(&self) -> (Point, f64) {
-        (self.middle, self.radius_m)
+        (self.volcano.middle, self.volcano.radius_m)
     }
+}
+
+/// Returns the course of the river that leaves a caldera; nothing for other volcanoes. A part of it that is unknown is
+/// further away than its valley's side reaches, which is further than any cone fades.
+fn outlet_of(segments: &Segments, volcano: &Volcano, metres_a_grain: f64) -> Vec<LineSegment> {
+    if volcano.kind != VolcanoKind::Caldera {
+        return Vec::new();
+    }
+    let id = (0, volcano.node.0, volcano.node.1);
+    let own = segments.all.iter().filter(|segment| segments.channels[segment.channel as usize].id == id);
+    let origin = segments.origin.from(volcano.middle);
+    let line = |segment: &Segment| {
+        let [from, along] = [origin + segment.from, segment.along].map(|way| (way * metres_a_grain).into());
+        LineSegment { from, along }
+    };
+    own.map(line).collect()
 }
 
 /// Returns the depth of a crater's floor below its rim, and the height above this floor of a bowl with this rim, at an
@@ -176,12 +201,17 @@ impl VolcanicCones {
         valleys: &mut Valleys,
         clock: &Clock,
     ) -> Result<(), Stopped> {
-        let (fields, volcanoes) = (&self.fields, self.around(nodes));
-        stamp::nodes_of((fields, clock), &volcanoes, nodes, |index, vertex, near| {
-            for volcano in near {
-                let raised_m = self.raised_m(volcano, stamp::off_m(fields, nodes, index, vertex, volcano.middle));
+        let fields = &self.fields;
+        let outlet =
+            |volcano: Volcano| Cone { outlet: outlet_of(segments, &volcano, fields.metres_a_grain()), volcano };
+        let cones: Vec<Cone> = self.around(nodes).into_iter().map(outlet).collect();
+        stamp::nodes_of((fields, clock), &cones, nodes, |index, vertex, near| {
+            for Cone { volcano, outlet } in near {
+                let off = stamp::off_m(fields, nodes, index, vertex, volcano.middle);
+                let raised_m = self.raised_m(volcano, off);
                 if raised_m != 0.0 {
-                    valleys.height_m[index] += (raised_m * self.share(segments, valleys, index, raised_m)) as f32;
+                    let share = self.share(segments, valleys, index, raised_m).min(self.beside(outlet, off, raised_m));
+                    valleys.height_m[index] += (raised_m * share) as f32;
                 }
             }
         })
@@ -206,6 +236,12 @@ impl VolcanicCones {
         let river_m = lerp(own.river, share) * self.fields.metres_a_grain();
         let dry_m = valleys.distance_m[index] as f64 - river_m.max(BED * self.fields.spacing_m());
         smooth(dry_m / (BANKS * height_m.max(1.0)))
+    }
+
+    /// Returns the share of a cone's height that is left beside the river that leaves a caldera.
+    fn beside(&self, outlet: &[LineSegment], off: DVec2, height_m: f64) -> f64 {
+        let away_m = outlet.iter().map(|line| line.distance(off.into())).fold(f64::INFINITY, f64::min);
+        smooth((away_m - GORGE * self.fields.spacing_m()) / (BANKS * height_m.max(1.0)))
     }
 
     /// Returns the metres by which a volcano raises the land at an offset in metres from its middle.

@@ -144,7 +144,7 @@ const STRATOVOLCANO: KindSizes = KindSizes {
     cinder_cones: (0.0, 5.0),
     cinder_m: (180.0, 220.0),
     flows: (2.0, 6.0),
-    hill_slope: 0.12,
+    hill_slope: 0.18,
     bed_slope: 0.03,
 };
 
@@ -156,7 +156,7 @@ const SHIELD: KindSizes = KindSizes {
     cinder_cones: (6.0, 18.0),
     cinder_m: (180.0, 220.0),
     flows: (4.0, 5.0),
-    hill_slope: 0.11,
+    hill_slope: 0.15,
     bed_slope: 0.065,
 };
 
@@ -168,7 +168,7 @@ const CALDERA: KindSizes = KindSizes {
     cinder_cones: (0.0, 6.0),
     cinder_m: (200.0, 250.0),
     flows: (0.0, 0.0),
-    hill_slope: 0.12,
+    hill_slope: 0.17,
     bed_slope: 0.02,
 };
 
@@ -180,13 +180,13 @@ const CINDER_FIELD: KindSizes = KindSizes {
     cinder_cones: (8.0, 32.0),
     cinder_m: (200.0, 350.0),
     flows: (2.0, 7.0),
-    hill_slope: 0.09,
+    hill_slope: 0.14,
     bed_slope: 0.015,
 };
 
-/// Slope of hillsides within the foot of a volcano, below its cone: so gentle that the cone alone gives the land its
-/// shape.
-const CORE_HILL_SLOPE: f64 = 0.085;
+/// Slope of hillsides within the foot of a volcano, below its cone: so gentle that the cone gives the land its shape, and
+/// steeper than the country falls from one side of the volcano to the other, where brooks would find no room.
+const CORE_HILL_SLOPE: f64 = 0.15;
 
 impl VolcanoKind {
     fn sizes(self) -> &'static KindSizes {
