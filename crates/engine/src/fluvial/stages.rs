@@ -96,15 +96,16 @@ impl Fluvial {
         if let Some(barriers) = &self.barriers {
             clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys, clock))??;
         }
+        let mut raised_m = None;
         if let Some(cones) = &self.cones {
-            clock.time(stage::CONES, || cones.raise(segments, &nodes, &mut valleys, clock))??;
+            raised_m = clock.time(stage::CONES, || cones.raise(segments, &nodes, &mut valleys, clock))??;
         }
         let mut ice_m = None;
         if let Some(glaciers) = &self.glaciers {
             ice_m = Some(clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys, clock))??);
         }
         let coast_m = clock.time(stage::COAST, || {
-            coast::heights(&self.fields, detail.is_far, &nodes, &hillsides, &valleys.height_m)
+            coast::heights(&self.fields, detail.is_far, &nodes, &hillsides, (&valleys.height_m, raised_m.as_deref()))
         })?;
         if detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys))?;

@@ -193,28 +193,37 @@ impl VolcanicCones {
         })
     }
 
-    /// Raises the land at an area's nodes by the cones of volcanoes.
+    /// Raises the land at an area's nodes by the cones of volcanoes. Returns the metres at each node; `None` if no volcano
+    /// is near.
     pub fn raise(
         &self,
         segments: &Segments,
         nodes: &Displaced,
         valleys: &mut Valleys,
         clock: &Clock,
-    ) -> Result<(), Stopped> {
+    ) -> Result<Option<Vec<f32>>, Stopped> {
         let fields = &self.fields;
         let outlet =
             |volcano: Volcano| Cone { outlet: outlet_of(segments, &volcano, fields.metres_a_grain()), volcano };
         let cones: Vec<Cone> = self.around(nodes).into_iter().map(outlet).collect();
+        if cones.is_empty() {
+            return Ok(None);
+        }
+        let mut all_m = vec![0.0; nodes.area.len()];
         stamp::nodes_of((fields, clock), &cones, nodes, |index, vertex, near| {
             for Cone { volcano, outlet } in near {
                 let off = stamp::off_m(fields, nodes, index, vertex, volcano.middle);
                 let raised_m = self.raised_m(volcano, off);
                 if raised_m != 0.0 {
                     let share = self.share(segments, valleys, index, raised_m).min(self.beside(outlet, off, raised_m));
-                    valleys.height_m[index] += (raised_m * share) as f32;
+                    all_m[index] += (raised_m * share) as f32;
                 }
             }
-        })
+        })?;
+        for (height_m, raised_m) in valleys.height_m.iter_mut().zip(&all_m) {
+            *height_m += raised_m;
+        }
+        Ok(Some(all_m))
     }
 
     /// Returns the volcanoes whose cones come near an area of nodes.
