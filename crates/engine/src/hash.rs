@@ -197,6 +197,10 @@ register! {
     PlateBends = 44 << 32, 4;
     /// Noise of the geography, by its purpose.
     Geography = 45 << 32, PARTS;
+    /// Cultural regions: positions of their homes, their tongues, and their dialects.
+    Cultures = 46 << 32, 3;
+    /// Realms, by their kind: the basins that cut large ones, then their names.
+    Realms = 47 << 32, 16;
 }
 
 /// The number of a stream, or of a part of a stream.

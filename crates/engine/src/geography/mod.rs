@@ -8,6 +8,8 @@
 //!                                                    |
 //!                                                    v
 //!                                                  biome
+//!
+//! land and biomes at coarse nodes --> realms: continents, seas, islands, deserts, plains, ranges
 //! ```
 //!
 //! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
@@ -19,9 +21,11 @@ mod plates;
 mod spline;
 pub mod biome;
 pub mod climate;
+pub mod realms;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
+use realms::Realms;
 use settings::GeographySettings;
 use spline::SplineLattice;
 use turned_noise::TurnedNoise;
@@ -91,6 +95,7 @@ pub struct Geography {
     land: SplineLattice<4>,
     climate: Climate,
     climates: SplineLattice<5>,
+    realms: Realms,
 }
 
 /// The land and the climate of a place at large.
@@ -138,6 +143,7 @@ impl Geography {
             land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
+            realms: Realms::new(settings, metres_a_grain, seed),
         };
         // The coasts' noise depends on where the shore is, so each guess improves the one before.
         for _ in 0..3 {
@@ -153,7 +159,7 @@ impl Geography {
 
     /// Returns the caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![self.land.memory(), self.climates.memory()]
+        [&[self.land.memory(), self.climates.memory()][..], &self.realms.memories()].concat()
     }
 
     /// Returns the number of `continent` that a share of the places within a square around the origin exceeds; 0 if
@@ -169,17 +175,23 @@ impl Geography {
 
     /// Returns the land of places at large.
     pub fn land_at_large(&self, places: &[Point]) -> Vec<LandAtLarge> {
-        let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
-        nodes
-            .into_iter()
-            .map(|[continent, uplift, youth, rift]| LandAtLarge { continent, uplift, youth, rift })
-            .collect()
+        self.land.at_all(places, |nodes| self.nodes(nodes)).into_iter().map(LandAtLarge::of).collect()
     }
 
     /// Returns [`LandAtLarge::continent`] at places.
     pub fn continents<const M: usize>(&self, places: [Point; M]) -> [f64; M] {
         let mut nodes = self.land.at_all(&places, |nodes| self.nodes(nodes)).into_iter();
         places.map(|_| nodes.next().expect("there is one for each place")[0])
+    }
+
+    /// Returns the land of places that lie far from each other: exact, where [`Geography::land_at_large`] is smoothed.
+    pub(crate) fn land_apart(&self, places: &[Point]) -> Vec<LandAtLarge> {
+        self.nodes(places).into_iter().map(|node| LandAtLarge::of(node.map(f64::from))).collect()
+    }
+
+    /// Returns the climate of a single place far from all others, exact likewise.
+    pub(crate) fn climate_apart(&self, at: Point) -> PlaceClimate {
+        self.climate.at_all(&[at], &LandApart(self))[0]
     }
 
     /// Returns the climates of places.
@@ -239,6 +251,10 @@ impl Geography {
 }
 
 impl LandAtLarge {
+    fn of([continent, uplift, youth, rift]: [f64; 4]) -> LandAtLarge {
+        LandAtLarge { continent, uplift, youth, rift }
+    }
+
     /// Returns the height that is planned for the place in metres, below 0 in the sea.
     pub fn planned_m(&self) -> f64 {
         let [ocean_m, inland_m, mountains_m] = PLANNED_M;
@@ -252,6 +268,15 @@ impl LandAtLarge {
 impl PlannedLand for Geography {
     fn planned_all(&self, places: &[Point]) -> Vec<f64> {
         self.land_at_large(places).iter().map(LandAtLarge::planned_m).collect()
+    }
+}
+
+/// The land of a geography at places far from each other.
+struct LandApart<'a>(&'a Geography);
+
+impl PlannedLand for LandApart<'_> {
+    fn planned_all(&self, places: &[Point]) -> Vec<f64> {
+        self.0.land_apart(places).iter().map(LandAtLarge::planned_m).collect()
     }
 }
 
