@@ -10,7 +10,6 @@
 //! borders of basins. So each realm lies within a known distance of each of its nodes, and a search of bounded size
 //! finds it: realms are traced block by block, and the block in which a realm's middle lies owns it.
 
-use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
 
@@ -585,17 +584,24 @@ impl Window {
 
     /// Returns the node of a part that lies farthest from its edge; of several the one nearest to their mean.
     fn middle(&self, part: &[i64]) -> i64 {
-        let mut rest: HashSet<i64> = part.iter().copied().collect();
-        let mut last: Vec<i64> = part.to_vec();
-        // Takes away the edge, again and again, until nothing is left.
-        while !rest.is_empty() {
-            last = rest.iter().copied().collect();
-            let is_edge =
-                |node: &i64| self.beside(*node).iter().any(|beside| !beside.is_some_and(|it| rest.contains(&it)));
-            let edge: Vec<i64> = rest.iter().copied().filter(is_edge).collect();
-            for node in &edge {
-                rest.remove(node);
+        let mut inside = vec![false; self.marked.len()];
+        part.iter().for_each(|node| inside[*node as usize] = true);
+        let is_edge = |node: &i64| self.beside(*node).iter().any(|it| it.is_none_or(|it| !inside[it as usize]));
+        let mut last: Vec<i64> = part.iter().copied().filter(is_edge).collect();
+        let mut left = inside.clone();
+        last.iter().for_each(|node| left[*node as usize] = false);
+        // Goes inwards from the edge, a row of nodes at a time.
+        loop {
+            let mut next: Vec<i64> = Vec::new();
+            for beside in last.iter().flat_map(|node| self.beside(*node)).flatten() {
+                if std::mem::take(&mut left[beside as usize]) {
+                    next.push(beside);
+                }
             }
+            if next.is_empty() {
+                break;
+            }
+            last = next;
         }
         let mean =
             |of: fn(i64, i64) -> i64| part.iter().map(|node| of(*node, self.side)).sum::<i64>() / part.len() as i64;
@@ -610,6 +616,8 @@ impl Window {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
 
     const METRES_A_GRAIN: f64 = 10.0 / 256.0;
@@ -624,26 +632,6 @@ mod tests {
         let blocks =
             |from: i64| (-reach..=reach).flat_map(move |j| (-reach..=reach).map(move |i| (from + i, j - from)));
         blocks(0).chain(blocks(from)).flat_map(|block| geography.realms_of_block(kind, block)).collect()
-    }
-
-    #[test]
-    fn zz_show() {
-        let geography = geography(3);
-        for kind in RealmKind::ALL {
-            let t = std::time::Instant::now();
-            let realms: Vec<Realm> = (-1..=1)
-                .flat_map(|j| (-1..=1).map(move |i| (i, j)))
-                .flat_map(|b| geography.realms_of_block(kind, b))
-                .collect();
-            println!("{kind:?} {:?}", t.elapsed());
-            for realm in realms.iter().take(12) {
-                println!(
-                    "   {realm} {:.0} km2, {:.0} km",
-                    realm.area_km2,
-                    realm.longest() as f64 * METRES_A_GRAIN / 1000.0
-                );
-            }
-        }
     }
 
     #[test]
@@ -699,22 +687,24 @@ mod tests {
             (&[RealmKind::Ocean, RealmKind::Sea][..], 0.95),
             (&[RealmKind::Continent], 0.85),
             (&[RealmKind::Range], 0.8),
-            (&[RealmKind::Desert], 0.85),
+            (&[RealmKind::Desert], 0.8),
         ] {
             let Tracing { step, block, longest, .. } = geography.realms.tracing(kinds[0]);
             let traced = kinds[0].traced();
-            let reach = (longest + block - 1) / block;
-            // All realms that may reach into the block of the origin, and the nodes there.
-            let blocks = (-reach..=reach).flat_map(|j| (-reach..=reach).map(move |i| (i, j)));
+            // Some realms reach across the edge of the square, as many as reach into it. Deserts lie in the south.
+            let reach = 2 * longest / block;
+            let south = if traced == RealmKind::Desert { 3 } else { 0 };
+            let blocks = (-reach..=reach).flat_map(|j| (-reach..=reach).map(move |i| (i, j + south)));
             let realms: Vec<Realm> = kinds
                 .iter()
                 .flat_map(|kind| blocks.clone().flat_map(|block| geography.realms_of_block(*kind, block)))
                 .collect();
-            let nodes = geography.realms.marked(&geography, traced, step, [-reach * block; 2], (2 * reach + 1) * block);
+            let corner = [-reach * block, (south - reach) * block];
+            let nodes = geography.realms.marked(&geography, traced, step, corner, (2 * reach + 1) * block);
             let all = nodes.iter().filter(|is_marked| **is_marked).count() as f64;
             let km = step as f64 * METRES_A_GRAIN / 1000.0;
             let covered = realms.iter().map(|realm| realm.area_km2).sum::<f64>() / (all * km * km);
-            assert!((least..1.1).contains(&covered), "{kinds:?} cover {covered}");
+            assert!((least..1.2).contains(&covered), "{kinds:?} cover {covered}");
         }
     }
 }
