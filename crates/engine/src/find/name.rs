@@ -17,7 +17,6 @@ use crate::fluvial::landforms::peaks;
 use crate::geometry::length;
 use crate::grain_point::GRAINS;
 use crate::lines::{ChannelId, LakeId, SiteId};
-use crate::names::settlement;
 use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::stop::Stopped;
@@ -153,11 +152,11 @@ fn all(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Called>, S
 
 /// Returns the settlements that may exist near a place.
 fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
-    let Some(places) = world.places() else { return Vec::new() };
+    let Some((places, names)) = world.places().zip(world.names()) else { return Vec::new() };
     let cells = cells(world, places.site_side(), near_km, SETTLEMENTS_KM);
     let called = cells.into_par_iter().map(|([i, j], off_km)| {
         let id = SiteId { i, j };
-        Called { thing: MayBe::Settlement(id), name: settlement(world.chance(), id), off_km }
+        Called { thing: MayBe::Settlement(id), name: names.settlement(id), off_km }
     });
     called.collect()
 }
