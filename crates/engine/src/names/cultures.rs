@@ -33,9 +33,9 @@ const CHOICES: u64 = 8;
 /// Hardship of a step between nodes on flat land, the addition on the highest mountains, that on the sea, and that of a
 /// shore. Chosen by eye on maps of regions: borders leave coasts and crests seldom.
 const FLAT: f64 = 10.0;
-const MOUNTAINS: f64 = 60.0;
+const MOUNTAINS: f64 = 120.0;
 const SEA: f64 = 25.0;
-const SHORE: f64 = 40.0;
+const SHORE: f64 = 80.0;
 
 /// Side of the cells of dialects in nodes: 180 km on Earth.
 const DIALECT: i64 = 3;

@@ -326,7 +326,7 @@ pub(super) const TONGUES: [Tongue; 15] = [
         seas: &["*nada", "*kai"],
         bays: &["*wan", "*ura"],
         islands: &["*shima", "*jima"],
-        continents: &["*tairiku", "*koku"],
+        continents: &["*tairiku", "*tochi"],
         deserts: &["*sabaku", "*sakyu"],
         plains: &["*heiya", "*hara"],
     },
