@@ -1095,11 +1095,9 @@ fn what_is_large_in_a_whole_world_is_found_with_a_bake_of_few_vertices() {
     let texts = ["desert > 10000 km2", "< 9000000 km2", "continent", "biome = Csb", "coast"];
     let found = desk.done(&[&["find", "world", "--near=500,-3000", "--limit=2", "--json"][..], &texts].concat());
     let found: Vec<Value> = found.objects().into_iter().filter(|object| object["type"] != "progress").collect();
-    for (query, beginning) in [
-        ("desert > 10000 km2 < 9000000 km2", "desert:"),
-        ("continent", "continent:"),
-        ("biome = Csb coast", "Csb:"),
-    ] {
+    for (query, beginning) in
+        [("desert > 10000 km2 < 9000000 km2", "desert:"), ("continent", "continent:"), ("biome = Csb coast", "Csb:")]
+    {
         let own: Vec<&Value> = found.iter().filter(|found| found["query"] == query).collect();
         assert_eq!(own.len(), 2, "{query}: {found:?}");
         for one in own {

@@ -281,6 +281,8 @@ register! {
     Valley = 5, 1;
     /// Names of mountain ranges.
     Range = 6, 1;
+    /// Names of continents, seas, deserts and so on.
+    Realm = 7, 1;
 }
 
 register! {
