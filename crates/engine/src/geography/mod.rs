@@ -10,6 +10,8 @@
 //!                                                    |
 //!                                                    v
 //!                                                  biome
+//!
+//! land and biomes at coarse nodes --> realms: continents, seas, islands, deserts, plains, ranges
 //! ```
 //!
 //! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
@@ -22,9 +24,11 @@ mod spline;
 pub mod rock;
 pub mod biome;
 pub mod climate;
+pub mod realms;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
+use realms::Realms;
 use rock::{BedsLie, RockAtLarge, RockAtPlace, Rocks};
 use settings::GeographySettings;
 use spline::SplineLattice;
@@ -38,6 +42,9 @@ use crate::noise::point_noise::PointField;
 
 /// Grains from node to node of the land at large, as a share of a plate's side: 8 km on Earth.
 const LAND_STEP: f64 = 1.0 / 200.0;
+
+/// Number of numbers of the land at large.
+const LAND_NUMBERS: usize = 5;
 
 /// Bytes for the land at large: a square of 8,000 km on Earth.
 const LAND_BYTES: usize = 24 << 20;
@@ -92,10 +99,11 @@ pub struct Geography {
     arcs: TurnedNoise,
     /// Number of `continent` where the sea begins, before it is taken off.
     sea: f64,
-    land: SplineLattice<5>,
+    land: SplineLattice<LAND_NUMBERS>,
     rocks: Rocks,
     climate: Climate,
     climates: SplineLattice<5>,
+    realms: Realms,
 }
 
 /// The land, the rock and the climate of a place.
@@ -149,6 +157,7 @@ impl Geography {
             rocks: Rocks::new(metres_a_grain, seed),
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
+            realms: Realms::new(settings, metres_a_grain, seed),
         };
         // The coasts' noise depends on where the shore is, so each guess improves the one before.
         for _ in 0..3 {
@@ -164,7 +173,7 @@ impl Geography {
 
     /// Returns the caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![self.land.memory(), self.climates.memory()]
+        [&[self.land.memory(), self.climates.memory()][..], &self.realms.memories()].concat()
     }
 
     /// Returns the number of `continent` that a share of the places within a square around the origin exceeds; 0 if
@@ -180,17 +189,23 @@ impl Geography {
 
     /// Returns the land of places at large.
     pub fn land_at_large(&self, places: &[Point]) -> Vec<LandAtLarge> {
-        let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
-        nodes
-            .into_iter()
-            .map(|[continent, uplift, youth, rift, across]| LandAtLarge { continent, uplift, youth, rift, across })
-            .collect()
+        self.land.at_all(places, |nodes| self.nodes(nodes)).into_iter().map(LandAtLarge::of).collect()
     }
 
     /// Returns [`LandAtLarge::continent`] at places.
     pub fn continents<const M: usize>(&self, places: [Point; M]) -> [f64; M] {
         let mut nodes = self.land.at_all(&places, |nodes| self.nodes(nodes)).into_iter();
         places.map(|_| nodes.next().expect("there is one for each place")[0])
+    }
+
+    /// Returns the land of places that lie far from each other: exact, where [`Geography::land_at_large`] is smoothed.
+    pub(crate) fn land_apart(&self, places: &[Point]) -> Vec<LandAtLarge> {
+        self.nodes(places).into_iter().map(|node| LandAtLarge::of(node.map(f64::from))).collect()
+    }
+
+    /// Returns the climate of a single place far from all others, exact likewise.
+    pub(crate) fn climate_apart(&self, at: Point) -> PlaceClimate {
+        self.climate.at_all(&[at], &LandApart(self))[0]
     }
 
     /// Returns the climates of places.
@@ -250,7 +265,7 @@ impl Geography {
     }
 
     /// Returns the numbers of the land at large at nodes.
-    fn nodes(&self, places: &[Point]) -> Vec<[f32; 5]> {
+    fn nodes(&self, places: &[Point]) -> Vec<[f32; LAND_NUMBERS]> {
         let crusts = self.plates.crust(places);
         let old_crusts = self.old_plates.crust(places);
         let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
@@ -279,6 +294,10 @@ impl Geography {
 }
 
 impl LandAtLarge {
+    fn of([continent, uplift, youth, rift, across]: [f64; LAND_NUMBERS]) -> LandAtLarge {
+        LandAtLarge { continent, uplift, youth, rift, across }
+    }
+
     /// Returns the height that is planned for the place in metres, below 0 in the sea.
     pub fn planned_m(&self) -> f64 {
         let [ocean_m, inland_m, mountains_m] = PLANNED_M;
@@ -292,6 +311,15 @@ impl LandAtLarge {
 impl PlannedLand for Geography {
     fn planned_all(&self, places: &[Point]) -> Vec<f64> {
         self.land_at_large(places).iter().map(LandAtLarge::planned_m).collect()
+    }
+}
+
+/// The land of a geography at places far from each other.
+struct LandApart<'a>(&'a Geography);
+
+impl PlannedLand for LandApart<'_> {
+    fn planned_all(&self, places: &[Point]) -> Vec<f64> {
+        self.0.land_apart(places).iter().map(LandAtLarge::planned_m).collect()
     }
 }
 
