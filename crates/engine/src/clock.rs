@@ -20,6 +20,8 @@ pub mod stage {
     pub const GULLIES: &str = "gullies";
     /// Moraines around the ends of glaciers that have gone.
     pub const MORAINES: &str = "moraines";
+    /// The cones of volcanoes.
+    pub const CONES: &str = "cones";
     /// Barriers: bars of sand across drowned valleys.
     pub const BARRIERS: &str = "barriers";
     /// Glaciers in the heads of high valleys.

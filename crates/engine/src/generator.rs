@@ -19,8 +19,8 @@ pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 /// The layers, each with the version of its work on the output of the layers before it.
 pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
-    ("geography", 1),
-    ("fluvial", 3),
+    ("geography", 2),
+    ("fluvial", 4),
     ("places", 2),
     ("agents", 3),
     ("lines", 1),

@@ -197,6 +197,10 @@ register! {
     PlateBends = 44 << 32, 4;
     /// Noise of the geography, by its purpose.
     Geography = 45 << 32, PARTS;
+    /// Volcanoes: where they stand, their kinds, ages and sizes, their cinder cones and lava flows.
+    Volcanoes = 50 << 32, 1;
+    /// Shapes of volcanoes: ravines, and the bends of all that runs down from them.
+    VolcanoShape = 51 << 32, 4;
     /// Noise of rocks, by its purpose.
     Rock = 52 << 32, PARTS;
     /// Beds of layered rock.

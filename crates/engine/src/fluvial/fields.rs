@@ -11,6 +11,7 @@ use glam::DVec2;
 use super::laws::{LawSource, Laws};
 use super::potential::{Potential, PotentialAtLarge};
 use super::settings::{CoastSettings, FluvialSettings};
+use super::volcanoes::Volcanoes;
 use crate::geography::Geography;
 use crate::geography::rock::Rocks;
 use crate::geometry::{bilinear, length, smooth};
@@ -39,6 +40,8 @@ pub struct Fields {
     flood_plain: PointNoise,
     sea: Option<Sea>,
     base_m: f64,
+    /// The volcanoes of a world with a geography.
+    pub(super) volcanoes: Option<Volcanoes>,
 }
 
 #[derive(Debug)]
@@ -220,6 +223,7 @@ impl Fields {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
                 None => settings.base_m,
             },
+            volcanoes: geography.as_ref().map(|_| Volcanoes::new(seed)),
         }
     }
 
@@ -231,7 +235,8 @@ impl Fields {
     /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let geography = self.geography().into_iter().flat_map(|geography| geography.memories());
-        geography.chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
+        let volcanoes = self.volcanoes.iter().flat_map(Volcanoes::memories);
+        geography.chain(volcanoes).chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
     }
 
     /// Returns the metres a grain.

@@ -257,7 +257,10 @@ impl Fields {
                 laws.zip(rocks).map(|(laws, rock)| laws.on(&RockFactors::new(&rock, wet))).collect()
             }
             LawSource::Geography(geography) => {
-                geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect()
+                let mut laws: Vec<Laws> =
+                    geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect();
+                self.shape_by_volcanoes(points, &mut laws);
+                laws
             }
         }
     }

@@ -79,7 +79,8 @@ impl Fluvial {
         Ok(Carved { nodes, hillsides, valleys })
     }
 
-    /// Adds the stages after valleys and gullies: moraines, barriers, glaciers, coast, breaches and water.
+    /// Adds the stages after valleys and gullies: moraines, barriers, volcanoes, glaciers, coast, breaches and
+    /// water.
     fn fill_in(
         &self,
         segments: &Segments,
@@ -94,6 +95,9 @@ impl Fluvial {
         }
         if let Some(barriers) = &self.barriers {
             clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys, clock))??;
+        }
+        if let Some(cones) = &self.cones {
+            clock.time(stage::CONES, || cones.raise(segments, &nodes, &mut valleys, clock))??;
         }
         let mut ice_m = None;
         if let Some(glaciers) = &self.glaciers {

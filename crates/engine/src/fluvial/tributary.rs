@@ -153,6 +153,7 @@ impl Tributaries {
         let filled_m = lake.map_or(f64::NEG_INFINITY, |(pool_m, id)| lake::filled_m(id, pool_m, level_m, level));
         let mut knots = TributaryBed::new(fields, (level, &laws), (knot, origin), &places, near, filled_m).knots();
         knots.reverse();
+        self.sink_in(&mut knots);
         if foot != shore {
             let drowned_m = shore.distance(foot) * fields.metres_a_grain() * DROWNED_SLOPE;
             knots.push(Knot { at: foot, level_m: level_m - drowned_m, ..knot });
@@ -169,6 +170,17 @@ impl Tributaries {
             );
         }
         channel
+    }
+
+    /// Lets the water of knots sink into the ground of volcanoes.
+    fn sink_in(&self, knots: &mut [Knot]) {
+        // No tributary is as long as the distance up to which these are known.
+        let volcanoes = self.fields.volcanoes_near(knots[0].at);
+        for knot in knots.iter_mut() {
+            if volcanoes.iter().any(|volcano| volcano.is_porous(&self.fields, knot.at)) {
+                knot.discharge_m3s = 0.0;
+            }
+        }
     }
 
     /// Tells whether the tributary of a cell has a lake, provided that the tributary and room for the lake exist. Dry

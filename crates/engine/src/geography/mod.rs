@@ -44,7 +44,7 @@ use crate::noise::point_noise::PointField;
 const LAND_STEP: f64 = 1.0 / 200.0;
 
 /// Number of numbers of the land at large.
-const LAND_NUMBERS: usize = 5;
+const LAND_NUMBERS: usize = 6;
 
 /// Bytes for the land at large: a square of 8,000 km on Earth.
 const LAND_BYTES: usize = 24 << 20;
@@ -79,6 +79,10 @@ const COAST_GAIN: f64 = 0.75;
 /// a multiple of this distance.
 const RANGES: f64 = 0.072;
 const SWING: f64 = 1.6;
+
+/// Volcanism of arcs of islands, of the fronts of volcanoes beside oceans, and of rifts, by their strengths. Chosen by
+/// eye: on maps of the volcanoes of several seeds.
+const VOLCANISM: [f64; 3] = [2.0, 1.6, 2.0];
 
 /// Places a side of the square, and its side in cells of continents, by which the sea is given its share of the world.
 const SAMPLES: i64 = 64;
@@ -131,6 +135,9 @@ pub struct LandAtLarge {
     /// Distance across the nearest border between plates, in sides of a plate, negative on one side of the border: the
     /// ranges of a belt run along its lines.
     pub across: f64,
+    /// Strength of volcanism, from 0 to 1: in arcs of islands, inland of a shore where an ocean's plate sinks under it,
+    /// and in rifts.
+    pub volcanism: f64,
 }
 
 impl Geography {
@@ -244,12 +251,12 @@ impl Geography {
     }
 
     /// Returns the rocks of a country, given its land: massive ones in the cores of ranges and above all in worn ones,
-    /// layered ones around them, volcanic ones in rifts, and soft ones on plains.
+    /// layered ones around them, volcanic ones where volcanoes are, and soft ones on plains.
     fn country(&self, land: &LandAtLarge) -> RockAtLarge {
         let hilly = smooth(land.uplift / 0.12);
         let massive = 0.1 + hilly * (0.3 - 0.15 * land.youth);
         let layered = 0.4 + 0.3 * hilly * land.youth;
-        let volcanic = 0.03 + 0.6 * land.rift;
+        let volcanic = 0.03 + 0.6 * land.volcanism;
         let soft = 0.05 + 0.45 * (1.0 - hilly);
         let all = massive + layered + volcanic + soft;
         RockAtLarge {
@@ -287,15 +294,17 @@ impl Geography {
             let worn = 0.28 * old * old * (0.6 + 0.8 * ranges);
             let uplift = (LEAST_UPLIFT + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
             let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
-            [continent, uplift, youth, crust.rift, crust.across].map(|value| value as f32)
+            let [of_arc, of_front, of_rift] = VOLCANISM;
+            let volcanism = (of_arc * crust.arc + of_front * crust.front + of_rift * crust.rift).min(1.0);
+            [continent, uplift, youth, crust.rift, crust.across, volcanism].map(|value| value as f32)
         };
         (0..places.len()).map(node).collect()
     }
 }
 
 impl LandAtLarge {
-    fn of([continent, uplift, youth, rift, across]: [f64; LAND_NUMBERS]) -> LandAtLarge {
-        LandAtLarge { continent, uplift, youth, rift, across }
+    fn of([continent, uplift, youth, rift, across, volcanism]: [f64; LAND_NUMBERS]) -> LandAtLarge {
+        LandAtLarge { continent, uplift, youth, rift, across, volcanism }
     }
 
     /// Returns the height that is planned for the place in metres, below 0 in the sea.
