@@ -12,12 +12,12 @@ use crate::world::World;
 /// Width in kilometres of the area around a place with a climate.
 const BIOME_KM: f64 = 20.0;
 
-/// Width of the area around a realm, as a multiple of its length.
-const REALM_WIDTH: f64 = 1.2;
+/// Width of the area around a realm, as a multiple of the width that holds all of it.
+const REALM_WIDTH: f64 = 1.1;
 
-/// Nodes of a square, the nearest ones, whose climates are looked up. At the edge of a climate, coarse nodes may be
+/// Places of a square, the nearest ones, whose climates are looked up. At the edge of a climate, coarse nodes may be
 /// wrong.
-const LOOKS: usize = 6;
+const LOOKS: usize = 9;
 
 /// Halvings of the way from a node to the sea in search of the coast: to 250 m on Earth.
 const HALVINGS: u32 = 7;
@@ -54,13 +54,14 @@ pub(super) fn find(
 /// Returns a realm as found from a place in kilometres.
 pub(super) fn realm_found(world: &World, realm: &Realm, near_km: [f64; 2]) -> Found {
     let at_km = at_km(world, realm.middle);
-    let longest_km = realm.longest() as f64 * world.spacing_m() / GRAINS as f64 / 1000.0;
+    let [low, high] = realm.bounds.map(|corner| corner.from(realm.middle).abs().max_element());
+    let whole_km = 2.0 * low.max(high) * world.spacing_m() / GRAINS as f64 / 1000.0;
     Found {
         id: realm.to_string(),
         name: world.names().map(|names| names.realm(realm)),
         at_km,
         distance_km: length([0, 1].map(|axis| at_km[axis] - near_km[axis])),
-        around_km: (REALM_WIDTH * longest_km).max(BIOME_KM).ceil(),
+        around_km: (REALM_WIDTH * whole_km).max(BIOME_KM).ceil(),
         values: vec![(Measure::Area, realm.area_km2.round())],
     }
 }
@@ -90,19 +91,24 @@ impl LargeSearch<'_> {
         found.filter(|found| self.query.keeps(&found.values)).collect()
     }
 
-    /// Finds the nearest place of a square with a climate, if there is one.
+    /// Finds the nearest place of a square with a climate, if there is one. On a coast it lies at the shore, or at most a
+    /// node inland if the climate is another at the shore: 32 km on Earth.
     fn biome(&self, letters: BiomeLetters, square: (i64, i64)) -> Option<Found> {
         let is_coast = self.query.beside == Some(Beside::Sea);
         let nodes = self.geography.biome_nodes(square, |biome| letters.has(biome));
-        let at_coast = |(node, sea): (Point, Option<Point>)| match sea {
-            Some(sea) if is_coast => Some(self.coast(node, sea)),
-            _ => (!is_coast).then_some(node),
+        let candidates = |(node, sea): (Point, Option<Point>)| match sea {
+            Some(sea) if is_coast => {
+                let shore = self.coast(node, sea);
+                vec![shore, shore.towards(node, 0.5), node]
+            }
+            _ if is_coast => Vec::new(),
+            _ => vec![node],
         };
         let off_km = |at: Point| {
             let at_km = at_km(self.world, at);
             length([0, 1].map(|axis| at_km[axis] - self.near_km[axis]))
         };
-        let mut places: Vec<(f64, Point)> = nodes.into_iter().filter_map(at_coast).map(|at| (off_km(at), at)).collect();
+        let mut places: Vec<(f64, Point)> = nodes.into_iter().flat_map(candidates).map(|at| (off_km(at), at)).collect();
         places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         places.into_iter().take(LOOKS).find_map(|(distance_km, at)| {
             let setting = self.geography.settings_at(&[at])[0];
@@ -177,7 +183,7 @@ mod tests {
     #[test]
     fn climates_are_found_where_the_geography_has_them() {
         let mut finder = finder();
-        for (text, letters, most) in [("biome = Csb", "Csb", 1.0), ("biome = BW on coast", "BW", 0.02)] {
+        for (text, letters, most) in [("biome = Csb", "Csb", 1.0), ("biome = BW on coast", "BW", 0.1)] {
             let found = find(&mut finder, text, [0.0, 0.0], 2);
             assert_eq!(found.len(), 2, "{text}: {found:?}");
             for one in found {
