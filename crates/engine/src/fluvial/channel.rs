@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::laws::Laws;
 use super::trunk_lattice::NodeId;
-use crate::geometry::come;
+use crate::geometry::{LineSegment, come};
 use crate::grain_point::{self, GRAINS, Point};
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
@@ -170,6 +170,17 @@ impl Channel {
     /// Returns the last knot.
     pub fn mouth_knot(&self) -> &Knot {
         &self.knots[self.knots.len() - 1]
+    }
+
+    /// Returns the discharge in cubic metres a second at the place that is nearest to a point.
+    pub fn discharge_near_m3s(&self, at: Point) -> f64 {
+        let near = |pair: &[Knot]| {
+            let line = LineSegment { from: pair[0].at.from(at).into(), along: pair[1].at.from(pair[0].at).into() };
+            let (share, square) = line.nearest([0.0; 2]);
+            (square, pair[0].towards(&pair[1], share).discharge_m3s)
+        };
+        let nearest = self.knots.windows(2).map(near).min_by(|one, other| one.0.total_cmp(&other.0));
+        nearest.expect("a channel has two knots").1
     }
 
     /// Returns the knot at a place.

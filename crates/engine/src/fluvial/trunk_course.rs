@@ -128,6 +128,8 @@ impl TrunkCourses {
         }
         let Drained { to, sea_at, area, discharge_m3s, .. } = nodes.drained(id);
         let (to, fields) = (to?, &self.fields);
+        // From so far away, all of a volcano's trunk counts as dry.
+        let discharge_m3s = if fields.volcano_at(id).is_some() { 0.0 } else { discharge_m3s };
         let knot =
             |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), discharge_m3s, pool_m: NO_LAKE };
         let (from, there) = (here.at, nodes.node(to));

@@ -9,6 +9,7 @@ use super::fields::Fields;
 use super::lake::NO_LAKE;
 use super::plane::{come_along, lines, unit};
 use super::trunk_lattice::{Drained, Look, NodeId, neighbours};
+use super::volcanoes::VolcanoKind;
 use crate::geometry::LineSegment;
 use crate::grain_point::Point;
 
@@ -66,7 +67,7 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let above_m3s = (drained.discharge_m3s - own_m3s).max(SPRING_AREA * own_m3s);
     let tangents = [start, end].map(|tangent| tangent * TANGENT * bend);
     let ways = even(segments, |t| hermite(straight, tangents, t));
-    let volcano = fields.volcano_at(id);
+    let volcano = fields.volcano_at(id).filter(|volcano| volcano.kind != VolcanoKind::Caldera);
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
         let fallen = (t / dry).min(1.0);
@@ -74,7 +75,7 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
         let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
         let area = area_above + (drained.area as f64 - area_above) * t;
         let at = here.at.moved(ways[step]);
-        // The rain sinks into the volcano at which this trunk begins.
+        // The rain sinks into the volcano at which this trunk begins, unless it comes from the floor of a caldera.
         let is_dried = volcano.as_ref().is_some_and(|volcano| volcano.is_porous(fields, at));
         let flows = if is_dried { 0.0 } else { 1.0 };
         Knot {

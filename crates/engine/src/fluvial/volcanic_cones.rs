@@ -29,6 +29,9 @@ use crate::stop::Stopped;
 /// Slope of the walls of craters and calderas.
 pub const WALL: f64 = 0.62;
 
+/// Mean slope of the walls of a shield's crater, which is shallow.
+const SHIELD_WALL: f64 = 0.16;
+
 /// Slope of the sides of cinder cones, the radius of their craters as a share of that of their foot, and the height
 /// above the foot, as a multiple of the slope, of the top without a crater.
 const CINDER_SLOPE: f64 = 0.56;
@@ -92,13 +95,13 @@ impl Stamp for Volcano {
 
 /// Returns the depth of a crater's floor below its rim, and the height above this floor of a bowl with this rim, at an
 /// offset from its middle: the bowl is open towards its gap.
-fn bowl_m(off: DVec2, rim_m: f64, gap: DVec2) -> [f64; 2] {
+fn bowl_m(off: DVec2, rim_m: f64, gap: DVec2, wall: f64) -> [f64; 2] {
     let floor_m = 0.3 * rim_m;
     let along_m = off.dot(gap);
-    let depth_m = WALL * (rim_m - floor_m);
+    let depth_m = wall * (rim_m - floor_m);
     let from_m = if along_m > 0.0 { gap.perp_dot(off).abs() } else { off.length() };
     let floor_m = floor_m * (1.0 - 0.6 * smooth(along_m / rim_m));
-    [depth_m, WALL * (from_m - floor_m).max(0.0) - GAP_SLOPE * along_m.max(0.0)]
+    [depth_m, wall * (from_m - floor_m).max(0.0) - GAP_SLOPE * along_m.max(0.0)]
 }
 
 impl CinderCone {
@@ -111,7 +114,7 @@ impl CinderCone {
         }
         let side_m = CINDER_SLOPE * (self.radius_m - square.sqrt());
         let rim_m = CINDER_RIM * self.radius_m;
-        let [depth_m, above_m] = bowl_m(off, rim_m, self.gap);
+        let [depth_m, above_m] = bowl_m(off, rim_m, self.gap, WALL);
         let top_m = CINDER_SLOPE * (self.radius_m - rim_m);
         side_m.min(top_m - depth_m + above_m).max(0.0)
     }
@@ -270,7 +273,10 @@ fn ravine_depth(volcano: &Volcano, place: &ConePlace) -> f64 {
 
 /// Returns the height in metres of a cone with a crater.
 fn cone_m(volcano: &Volcano, place: &ConePlace) -> f64 {
-    let steep = if volcano.kind == VolcanoKind::Shield { 0.0 } else { 0.4 };
+    let (steep, wall) = match volcano.kind {
+        VolcanoKind::Shield => (0.0, SHIELD_WALL),
+        _ => (0.15, WALL),
+    };
     // Steeper and steeper upwards; a shield is a little rounded on top.
     let profile = |share: f64| {
         let left = (1.0 - share).max(0.0);
@@ -279,6 +285,6 @@ fn cone_m(volcano: &Volcano, place: &ConePlace) -> f64 {
     let rim = profile(volcano.rim);
     let depth = ravine_depth(volcano, place);
     let side_m = volcano.height_m * profile(place.share) * (1.0 - depth);
-    let [depth_m, above_m] = bowl_m(place.off, volcano.rim * volcano.radius_m, volcano.gap);
+    let [depth_m, above_m] = bowl_m(place.off, volcano.rim * volcano.radius_m, volcano.gap, wall);
     side_m.min(volcano.height_m * rim - depth_m + above_m)
 }

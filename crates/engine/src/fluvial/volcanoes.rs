@@ -138,7 +138,7 @@ struct KindSizes {
 
 const STRATOVOLCANO: KindSizes = KindSizes {
     radius: (0.34, 0.13),
-    height: (0.24, 0.1),
+    height: (0.28, 0.1),
     rim: (0.025, 0.04),
     beyond: (0.5, 0.2),
     cinder_cones: (0.0, 5.0),
