@@ -197,6 +197,10 @@ register! {
     PlateBends = 44 << 32, 4;
     /// Noise of the geography, by its purpose.
     Geography = 45 << 32, PARTS;
+    /// Sand seas of deserts.
+    Sand = 48 << 32, 1;
+    /// Dunes, by the purpose of each noise and lattice.
+    Dunes = 49 << 32, PARTS;
 }
 
 /// The number of a stream, or of a part of a stream.

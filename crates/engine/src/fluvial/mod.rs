@@ -71,6 +71,7 @@ mod glacier;
 mod coast;
 mod skerries;
 mod breach;
+mod dunes;
 mod water;
 mod node_means;
 mod stages;
@@ -92,6 +93,8 @@ use crate::names::Names;
 use crate::stop::Stopped;
 use barrier::Barriers;
 use detail::{Care, Detail};
+pub use dunes::COVERS as SAND_COVERS;
+use dunes::Dunes;
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
 use gullies::Gullies;
@@ -124,6 +127,7 @@ pub struct Fluvial {
     moraines: Option<Moraines>,
     barriers: Option<Barriers>,
     glaciers: Option<Glaciers>,
+    dunes: Option<Dunes>,
     lift: Lift,
     rivers: RiverMemories,
     names: Option<Names>,
@@ -197,6 +201,7 @@ impl Fluvial {
             moraines: Moraines::new(&fields, seed).filter(|_| shows(SMALL_M)),
             barriers: Barriers::new(&fields, seed).filter(|_| shows(SMALL_M)),
             glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
+            dunes: Dunes::new(&fields, seed),
             lift: Lift::new(&fields, seed),
             rivers: RiverMemories::default(),
             names,

@@ -7,13 +7,14 @@
 //!                   planned heights, latitude --> climate        on a lattice of its own, 32 km
 //!                                                    |
 //!                                                    v
-//!                                                  biome
+//!                                               biome, sand
 //! ```
 //!
 //! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
 //! those depend on it.
 
 pub mod settings;
+mod sand;
 mod turned_noise;
 mod plates;
 mod spline;
@@ -22,6 +23,7 @@ pub mod climate;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
+use sand::SandSeas;
 use settings::GeographySettings;
 use spline::SplineLattice;
 use turned_noise::TurnedNoise;
@@ -91,6 +93,7 @@ pub struct Geography {
     land: SplineLattice<4>,
     climate: Climate,
     climates: SplineLattice<5>,
+    sand_seas: SandSeas,
 }
 
 /// The land and the climate of a place at large.
@@ -100,6 +103,8 @@ pub struct Setting {
     pub land: LandAtLarge,
     /// The climate.
     pub climate: PlaceClimate,
+    /// Sand that lies there: 0 outside sand seas, and up to 1 in the middle of large ones.
+    pub sand: f64,
 }
 
 /// The land of a place at large.
@@ -138,6 +143,7 @@ impl Geography {
             land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
+            sand_seas: SandSeas::new(metres_a_grain, seed),
         };
         // The coasts' noise depends on where the shore is, so each guess improves the one before.
         for _ in 0..3 {
@@ -198,10 +204,17 @@ impl Geography {
         nodes.into_iter().map(of).collect()
     }
 
-    /// Returns the land and the climates of places.
+    /// Returns the land, the climates and the sand of places.
     pub fn settings_at(&self, places: &[Point]) -> Vec<Setting> {
-        let both = self.land_at_large(places).into_iter().zip(self.climates(places));
-        both.map(|(land, climate)| Setting { land, climate }).collect()
+        let both = places.iter().zip(self.land_at_large(places).into_iter().zip(self.climates(places)));
+        let sand = |at: Point, land: &LandAtLarge, climate: &PlaceClimate| self.sand_seas.sand(at, land, climate);
+        both.map(|(at, (land, climate))| Setting { land, climate, sand: sand(*at, &land, &climate) }).collect()
+    }
+
+    /// Returns the mean of the wind along the parallel of a place: from -1, where all air goes west, to 1, where all
+    /// goes east.
+    pub fn eastward(&self, at: Point) -> f64 {
+        self.climate.eastward(at)
     }
 
     /// Returns the latitude of a place in degrees north.
