@@ -209,6 +209,10 @@ register! {
     Cultures = 46 << 32, 3;
     /// Realms, by their kind: the basins that cut large ones, then their names.
     Realms = 47 << 32, 16;
+    /// Sand seas of deserts.
+    Sand = 48 << 32, 1;
+    /// Dunes, by the purpose of each noise and lattice.
+    Dunes = 49 << 32, PARTS;
 }
 
 /// The number of a stream, or of a part of a stream.

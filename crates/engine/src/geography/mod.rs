@@ -9,7 +9,7 @@
 //!                   planned heights, latitude --> climate        on a lattice of its own, 32 km
 //!                                                    |
 //!                                                    v
-//!                                                  biome
+//!                                               biome, sand
 //!
 //! land and biomes at coarse nodes --> realms: continents, seas, islands, deserts, plains, ranges
 //! ```
@@ -18,6 +18,7 @@
 //! those depend on it.
 
 pub mod settings;
+mod sand;
 mod turned_noise;
 mod plates;
 mod spline;
@@ -30,6 +31,7 @@ use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
 use realms::Realms;
 use rock::{BedsLie, RockAtLarge, RockAtPlace, Rocks};
+use sand::SandSeas;
 use settings::GeographySettings;
 use spline::SplineLattice;
 use turned_noise::TurnedNoise;
@@ -108,6 +110,7 @@ pub struct Geography {
     climate: Climate,
     climates: SplineLattice<5>,
     realms: Realms,
+    sand_seas: SandSeas,
 }
 
 /// The land, the rock and the climate of a place.
@@ -119,6 +122,8 @@ pub struct Setting {
     pub rock: RockAtPlace,
     /// The climate.
     pub climate: PlaceClimate,
+    /// Sand that lies there: 0 outside sand seas, and up to 1 in the middle of large ones.
+    pub sand: f64,
 }
 
 /// The land of a place at large.
@@ -165,6 +170,7 @@ impl Geography {
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
             realms: Realms::new(settings, metres_a_grain, seed),
+            sand_seas: SandSeas::new(metres_a_grain, seed),
         };
         // The coasts' noise depends on where the shore is, so each guess improves the one before.
         for _ in 0..3 {
@@ -242,12 +248,16 @@ impl Geography {
         self.rocks.beds_lie(at, self.country(land))
     }
 
-    /// Returns the land, the rock and the climates of places.
+    /// Returns the land, the rock, the climates and the sand of places.
     pub fn settings_at(&self, places: &[Point]) -> Vec<Setting> {
         let land = self.land_at_large(places);
         let rocks = self.rocks(places, &land);
-        let all = land.into_iter().zip(rocks).zip(self.climates(places));
-        all.map(|((land, rock), climate)| Setting { land, rock, climate }).collect()
+        let all = places.iter().zip(land).zip(rocks).zip(self.climates(places));
+        let setting = |(((at, land), rock), climate): (((&Point, LandAtLarge), RockAtPlace), PlaceClimate)| {
+            let sand = self.sand_seas.sand(*at, &land, &climate);
+            Setting { land, rock, climate, sand }
+        };
+        all.map(setting).collect()
     }
 
     /// Returns the rocks of a country, given its land: massive ones in the cores of ranges and above all in worn ones,
@@ -264,6 +274,12 @@ impl Geography {
             folded: hilly * (0.3 + 0.7 * land.youth),
             across_km: land.across * self.settings.plate_km,
         }
+    }
+
+    /// Returns the mean of the wind along the parallel of a place: from -1, where all air goes west, to 1, where all
+    /// goes east.
+    pub fn eastward(&self, at: Point) -> f64 {
+        self.climate.eastward(at)
     }
 
     /// Returns the latitude of a place in degrees north.
