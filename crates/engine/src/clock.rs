@@ -30,6 +30,8 @@ pub mod stage {
     pub const COAST: &str = "coast";
     /// Breaches: cuts through which hollows of the land drain.
     pub const BREACHES: &str = "breaches";
+    /// Dunes of sand seas.
+    pub const DUNES: &str = "dunes";
     /// River beds, lakes and the sea, cut into the land.
     pub const WATER: &str = "water";
     /// Rivers, roads and settlements: tracing or planning them, or finding those that are remembered.

@@ -21,7 +21,7 @@ pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
     ("geography", 2),
     ("fluvial", 4),
-    ("places", 2),
+    ("places", 3),
     ("agents", 3),
     ("lines", 1),
     ("tile", 2),

@@ -205,6 +205,14 @@ register! {
     Rock = 52 << 32, PARTS;
     /// Beds of layered rock.
     Beds = 53 << 32, 1;
+    /// Cultural regions: positions of their homes, their tongues, and their dialects.
+    Cultures = 46 << 32, 3;
+    /// Realms, by their kind: the basins that cut large ones, then their names.
+    Realms = 47 << 32, 16;
+    /// Sand seas of deserts.
+    Sand = 48 << 32, 1;
+    /// Dunes, by the purpose of each noise and lattice.
+    Dunes = 49 << 32, PARTS;
 }
 
 /// The number of a stream, or of a part of a stream.
@@ -285,6 +293,8 @@ register! {
     Valley = 5, 1;
     /// Names of mountain ranges.
     Range = 6, 1;
+    /// Names of continents, seas, deserts and so on.
+    Realm = 7, 1;
 }
 
 register! {

@@ -158,7 +158,8 @@ mod tests {
         let reach = valley::reach(&fields, fields.levels());
         let hillsides = |len: usize| {
             let [crest_m, gullies, rills, roughness] = [(); 4].map(|()| NodeValues::Same(1.0));
-            Hillsides { reach, slope: vec![0.5; len], crest_m, gullies, rills, roughness, rest: None }
+            let sand = NodeValues::Same(0.0);
+            Hillsides { reach, slope: vec![0.5; len], crest_m, gullies, rills, roughness, sand, rest: None }
         };
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);

@@ -30,6 +30,14 @@ impl NodeValues {
         }
     }
 
+    /// True if any value is not 0.
+    pub fn any(&self) -> bool {
+        match self {
+            NodeValues::Same(value) => *value != 0.0,
+            NodeValues::Each(values) => values.iter().any(|value| *value != 0.0),
+        }
+    }
+
     /// Returns the values of nodes in rows.
     #[inline(always)]
     pub fn load_rows<S: Simd>(&self, simd: S, lanes: InRows) -> S::F32 {
@@ -53,6 +61,8 @@ pub struct Hillsides {
     pub gullies: NodeValues,
     pub rills: NodeValues,
     pub roughness: NodeValues,
+    /// Sand; see [`Laws::sand`].
+    pub sand: NodeValues,
     /// The mean effect of finer channels, if there are more levels than those that are asked for.
     pub rest: Option<Rest>,
 }
@@ -86,6 +96,7 @@ impl Hillsides {
             gullies: share(|laws| laws.gullies),
             rills: share(|laws| laws.rills),
             roughness: share(|laws| laws.roughness),
+            sand: values(&|laws| laws.sand),
             rest: (levels < fields.levels()).then(rest),
         }
     }

@@ -51,6 +51,8 @@ pub struct Laws {
     pub braids: f64,
     /// Share of the cells of fine levels that have no brook.
     pub left_out: f64,
+    /// Sand that lies there: 0 outside sand seas, up to 1 where it is deepest.
+    pub sand: f64,
 }
 
 /// Ranges of the laws of a whole world: the half width of floors, in mountains and on plains; gullies, where it is wet
@@ -72,6 +74,9 @@ const ROCK_LEVELS: u32 = 2;
 /// Uplift from which on land counts as hilly, and runoff in metres a year from which on it counts as wet.
 const HILLY: f64 = 0.12;
 const WET_RUNOFF_M: f64 = 0.25;
+
+/// Sand from which on it has buried all hillsides.
+const BURIES: f64 = 0.2;
 
 /// Least and greatest runoff of a place in metres a year.
 const LEAST_RUNOFF_M: f64 = 0.0005;
@@ -128,6 +133,7 @@ impl Laws {
             old_arms: settings.old_arms,
             braids: settings.braids,
             left_out: LEFT_OUT,
+            sand: 0.0,
         }
     }
 
@@ -152,6 +158,7 @@ impl Laws {
             ice_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
             glacier_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
             moraines: WORLD_MORAINES,
+            sand: [0.0, 1.0][end],
             ..laws
         };
         let least = bound(low, mixed_root(LEAST_UPLIFT, PLAINS_RISE));
@@ -284,11 +291,12 @@ impl Fields {
     }
 
     /// Returns the laws of a place of a whole world.
-    fn laws_of(&self, Setting { land, rock, climate }: &Setting) -> Laws {
+    fn laws_of(&self, Setting { land, rock, climate, sand }: &Setting) -> Laws {
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
         // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
-        let steepness = mixed_root(land.uplift, 0.5);
+        let buried = smooth(sand / BURIES);
+        let steepness = mixed_root(land.uplift, 0.5) * (1.0 - buried);
         let bed_slope = trunk_slope * mixed_root(land.uplift, PLAINS_RISE);
         let planned_m = land.planned_m().max(0.0);
         let runoff_m = climate.runoff_m(planned_m).clamp(LEAST_RUNOFF_M, MOST_RUNOFF_M);
@@ -302,13 +310,14 @@ impl Fields {
             valley: between(WORLD_VALLEY, flat),
             ice_m: climate.ice_age_snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
             glacier_m: climate.snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
-            gullies: between(WORLD_GULLIES, 1.0 - wet),
+            gullies: between(WORLD_GULLIES, (1.0 - wet) * (1.0 - buried)),
             runoff_m,
             lakes: wet * between(WORLD_LAKES, iced_over),
             old_arms: wet * flat * WORLD_OLD_ARMS,
             braids: flat * WORLD_BRAIDS,
             levees: flat,
             moraines: WORLD_MORAINES,
+            sand: *sand,
             ..self.everywhere
         }
         .on(&RockFactors::new(rock, wet))

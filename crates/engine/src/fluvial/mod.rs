@@ -76,6 +76,7 @@ mod volcanic_cones;
 mod coast;
 mod skerries;
 mod breach;
+mod dunes;
 mod water;
 mod node_means;
 mod stages;
@@ -97,6 +98,8 @@ use crate::names::Names;
 use crate::stop::Stopped;
 use barrier::Barriers;
 use detail::{Care, Detail};
+pub use dunes::COVERS as SAND_COVERS;
+use dunes::Dunes;
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
 use gullies::Gullies;
@@ -132,6 +135,7 @@ pub struct Fluvial {
     barriers: Option<Barriers>,
     cones: Option<VolcanicCones>,
     glaciers: Option<Glaciers>,
+    dunes: Option<Dunes>,
     lift: Lift,
     rivers: RiverMemories,
     names: Option<Names>,
@@ -206,6 +210,7 @@ impl Fluvial {
             barriers: Barriers::new(&fields, seed).filter(|_| shows(SMALL_M)),
             cones: VolcanicCones::new(&fields, seed),
             glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
+            dunes: Dunes::new(&fields, seed),
             lift: Lift::new(&fields, seed),
             rivers: RiverMemories::default(),
             names,

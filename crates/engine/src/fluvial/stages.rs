@@ -112,6 +112,9 @@ impl Fluvial {
         }
         let mut land = clock
             .time(stage::WATER, || self.water(segments, &nodes, &valleys, coast_m.as_deref()).fill(area, clock))??;
+        if let Some(dunes) = self.dunes.as_ref().filter(|_| hillsides.sand.any()) {
+            clock.time(stage::DUNES, || dunes.raise(&self.fields, segments, &nodes, &mut land, clock))??;
+        }
         if let Some(water) = &mut land.water {
             water.ice_m = ice_m.map(|ice_m| ice_m.part(area));
         }

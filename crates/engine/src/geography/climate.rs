@@ -205,6 +205,15 @@ impl Climate {
         self.parallel(at).degrees
     }
 
+    /// Returns the mean of the wind along the parallel over a year: from -1, where all air goes west, to 1, where all
+    /// goes east.
+    pub fn eastward(&self, at: Point) -> f64 {
+        let here = self.parallel(at);
+        let season = |sun| WAYS.iter().zip(shares(here, sun)).map(|([east, _], share)| -east * share).sum::<f64>();
+        let [january, spring, july] = SEASONS.map(season);
+        0.5 * spring + 0.25 * (january + july)
+    }
+
     /// Returns the climates of places.
     pub fn at_all(&self, places: &[Point], land: &impl PlannedLand) -> Vec<PlaceClimate> {
         let ways = || self.stations.iter().flatten();

@@ -9,23 +9,29 @@
 //!                   planned heights, latitude --> climate        on a lattice of its own, 32 km
 //!                                                    |
 //!                                                    v
-//!                                                  biome
+//!                                               biome, sand
+//!
+//! land and biomes at coarse nodes --> realms: continents, seas, islands, deserts, plains, ranges
 //! ```
 //!
 //! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
 //! those depend on it.
 
 pub mod settings;
+mod sand;
 mod turned_noise;
 mod plates;
 mod spline;
 pub mod rock;
 pub mod biome;
 pub mod climate;
+pub mod realms;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
+use realms::Realms;
 use rock::{BedsLie, RockAtLarge, RockAtPlace, Rocks};
+use sand::SandSeas;
 use settings::GeographySettings;
 use spline::SplineLattice;
 use turned_noise::TurnedNoise;
@@ -38,6 +44,9 @@ use crate::noise::point_noise::PointField;
 
 /// Grains from node to node of the land at large, as a share of a plate's side: 8 km on Earth.
 const LAND_STEP: f64 = 1.0 / 200.0;
+
+/// Number of numbers of the land at large.
+const LAND_NUMBERS: usize = 6;
 
 /// Bytes for the land at large: a square of 8,000 km on Earth.
 const LAND_BYTES: usize = 24 << 20;
@@ -96,10 +105,12 @@ pub struct Geography {
     arcs: TurnedNoise,
     /// Number of `continent` where the sea begins, before it is taken off.
     sea: f64,
-    land: SplineLattice<6>,
+    land: SplineLattice<LAND_NUMBERS>,
     rocks: Rocks,
     climate: Climate,
     climates: SplineLattice<5>,
+    realms: Realms,
+    sand_seas: SandSeas,
 }
 
 /// The land, the rock and the climate of a place.
@@ -111,6 +122,8 @@ pub struct Setting {
     pub rock: RockAtPlace,
     /// The climate.
     pub climate: PlaceClimate,
+    /// Sand that lies there: 0 outside sand seas, and up to 1 in the middle of large ones.
+    pub sand: f64,
 }
 
 /// The land of a place at large.
@@ -156,6 +169,8 @@ impl Geography {
             rocks: Rocks::new(metres_a_grain, seed),
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
+            realms: Realms::new(settings, metres_a_grain, seed),
+            sand_seas: SandSeas::new(metres_a_grain, seed),
         };
         // The coasts' noise depends on where the shore is, so each guess improves the one before.
         for _ in 0..3 {
@@ -171,7 +186,7 @@ impl Geography {
 
     /// Returns the caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![self.land.memory(), self.climates.memory()]
+        [&[self.land.memory(), self.climates.memory()][..], &self.realms.memories()].concat()
     }
 
     /// Returns the number of `continent` that a share of the places within a square around the origin exceeds; 0 if
@@ -187,24 +202,23 @@ impl Geography {
 
     /// Returns the land of places at large.
     pub fn land_at_large(&self, places: &[Point]) -> Vec<LandAtLarge> {
-        let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
-        nodes
-            .into_iter()
-            .map(|[continent, uplift, youth, rift, across, volcanism]| LandAtLarge {
-                continent,
-                uplift,
-                youth,
-                rift,
-                across,
-                volcanism,
-            })
-            .collect()
+        self.land.at_all(places, |nodes| self.nodes(nodes)).into_iter().map(LandAtLarge::of).collect()
     }
 
     /// Returns [`LandAtLarge::continent`] at places.
     pub fn continents<const M: usize>(&self, places: [Point; M]) -> [f64; M] {
         let mut nodes = self.land.at_all(&places, |nodes| self.nodes(nodes)).into_iter();
         places.map(|_| nodes.next().expect("there is one for each place")[0])
+    }
+
+    /// Returns the land of places that lie far from each other: exact, where [`Geography::land_at_large`] is smoothed.
+    pub(crate) fn land_apart(&self, places: &[Point]) -> Vec<LandAtLarge> {
+        self.nodes(places).into_iter().map(|node| LandAtLarge::of(node.map(f64::from))).collect()
+    }
+
+    /// Returns the climate of a single place far from all others, exact likewise.
+    pub(crate) fn climate_apart(&self, at: Point) -> PlaceClimate {
+        self.climate.at_all(&[at], &LandApart(self))[0]
     }
 
     /// Returns the climates of places.
@@ -234,21 +248,25 @@ impl Geography {
         self.rocks.beds_lie(at, self.country(land))
     }
 
-    /// Returns the land, the rock and the climates of places.
+    /// Returns the land, the rock, the climates and the sand of places.
     pub fn settings_at(&self, places: &[Point]) -> Vec<Setting> {
         let land = self.land_at_large(places);
         let rocks = self.rocks(places, &land);
-        let all = land.into_iter().zip(rocks).zip(self.climates(places));
-        all.map(|((land, rock), climate)| Setting { land, rock, climate }).collect()
+        let all = places.iter().zip(land).zip(rocks).zip(self.climates(places));
+        let setting = |(((at, land), rock), climate): (((&Point, LandAtLarge), RockAtPlace), PlaceClimate)| {
+            let sand = self.sand_seas.sand(*at, &land, &climate);
+            Setting { land, rock, climate, sand }
+        };
+        all.map(setting).collect()
     }
 
     /// Returns the rocks of a country, given its land: massive ones in the cores of ranges and above all in worn ones,
-    /// layered ones around them, volcanic ones in rifts, and soft ones on plains.
+    /// layered ones around them, volcanic ones where volcanoes are, and soft ones on plains.
     fn country(&self, land: &LandAtLarge) -> RockAtLarge {
         let hilly = smooth(land.uplift / 0.12);
         let massive = 0.1 + hilly * (0.3 - 0.15 * land.youth);
         let layered = 0.4 + 0.3 * hilly * land.youth;
-        let volcanic = 0.03 + 0.6 * land.rift;
+        let volcanic = 0.03 + 0.6 * land.volcanism;
         let soft = 0.05 + 0.45 * (1.0 - hilly);
         let all = massive + layered + volcanic + soft;
         RockAtLarge {
@@ -258,13 +276,19 @@ impl Geography {
         }
     }
 
+    /// Returns the mean of the wind along the parallel of a place: from -1, where all air goes west, to 1, where all
+    /// goes east.
+    pub fn eastward(&self, at: Point) -> f64 {
+        self.climate.eastward(at)
+    }
+
     /// Returns the latitude of a place in degrees north.
     pub fn latitude(&self, at: Point) -> f64 {
         self.climate.latitude(at)
     }
 
     /// Returns the numbers of the land at large at nodes.
-    fn nodes(&self, places: &[Point]) -> Vec<[f32; 6]> {
+    fn nodes(&self, places: &[Point]) -> Vec<[f32; LAND_NUMBERS]> {
         let crusts = self.plates.crust(places);
         let old_crusts = self.old_plates.crust(places);
         let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
@@ -295,6 +319,10 @@ impl Geography {
 }
 
 impl LandAtLarge {
+    fn of([continent, uplift, youth, rift, across, volcanism]: [f64; LAND_NUMBERS]) -> LandAtLarge {
+        LandAtLarge { continent, uplift, youth, rift, across, volcanism }
+    }
+
     /// Returns the height that is planned for the place in metres, below 0 in the sea.
     pub fn planned_m(&self) -> f64 {
         let [ocean_m, inland_m, mountains_m] = PLANNED_M;
@@ -308,6 +336,15 @@ impl LandAtLarge {
 impl PlannedLand for Geography {
     fn planned_all(&self, places: &[Point]) -> Vec<f64> {
         self.land_at_large(places).iter().map(LandAtLarge::planned_m).collect()
+    }
+}
+
+/// The land of a geography at places far from each other.
+struct LandApart<'a>(&'a Geography);
+
+impl PlannedLand for LandApart<'_> {
+    fn planned_all(&self, places: &[Point]) -> Vec<f64> {
+        self.0.land_apart(places).iter().map(LandAtLarge::planned_m).collect()
     }
 }
 

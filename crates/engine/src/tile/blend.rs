@@ -251,10 +251,10 @@ impl<const AROUND: bool, const CLIMATE: bool> Kernel for Weigh<'_, AROUND, CLIMA
                 // Heights of ground with the same snow and the same trees in the climate of the settings.
                 let mut snow_height = height - south * simd.splat(rule.snow_north_m);
                 let mut forest_height = height - south * simd.splat(rule.forest.north_m);
-                let (mut woods, mut desert, mut barren, mut bare_stones) = (one, zero, zero, zero);
+                let (mut woods, mut desert, mut sand_sea, mut barren, mut bare_stones) = (one, zero, zero, zero, zero);
                 if CLIMATE && let Some(climate) = climate {
                     let climate = LaneClimate::load(simd, climate, from).watered(simd, damp);
-                    (woods, desert) = (climate.woods(simd), climate.desert(simd, rough));
+                    (woods, desert, sand_sea) = (climate.woods(simd), climate.desert(simd, rough), climate.sand_sea);
                     let tundra = climate.tundra(simd, forest_height, rough);
                     barren = simd.max(climate.thinned(simd, rough), tundra);
                     bare_stones = stony(simd, simd.max(desert, tundra), tilt);
@@ -277,7 +277,8 @@ impl<const AROUND: bool, const CLIMATE: bool> Kernel for Weigh<'_, AROUND, CLIMA
                 let flat = one - ramp(simd, steepness, rule.steep_sand);
                 let mut sandy = (one - ramp(simd, height, rule.no_sand)) * flat;
                 if CLIMATE {
-                    sandy = simd.max(sandy, rule.desert_sand(simd, desert, tilt, rough));
+                    let sheets = rule.desert_sand(simd, desert, tilt, rough);
+                    sandy = simd.max(sandy, simd.max(sheets, sand_sea));
                 }
                 let sand;
                 (sand, left) = take(simd, left, sandy);

@@ -4,6 +4,8 @@
 //! world, and interpolated between these. A vertex has the same climate in all areas.
 
 use crate::area::Area;
+use crate::fluvial::SAND_COVERS;
+use crate::geography::Setting;
 use crate::geography::climate::PlaceClimate;
 use crate::grain_point::Point;
 use crate::grid::{Grid, between_corners, corners};
@@ -44,8 +46,9 @@ const TUNDRA: f32 = 0.8;
 #[derive(Debug)]
 pub(crate) struct GroundClimate {
     area: Area,
-    /// Heights in metres above which snow stays, and above which no trees grow; and drought.
-    numbers: [Vec<f32>; 3],
+    /// Heights in metres above which snow stays, and above which no trees grow; drought; and the share of ground that a
+    /// sand sea covers.
+    numbers: [Vec<f32>; 4],
 }
 
 /// The climate of the ground at some vertices of a row.
@@ -55,6 +58,8 @@ pub(super) struct LaneClimate<S: Simd> {
     pub snow_line_m: S::F32,
     /// Height in metres above which no trees grow.
     pub tree_line_m: S::F32,
+    /// Share of the ground that a sand sea covers.
+    pub sand_sea: S::F32,
     drought: S::F32,
 }
 
@@ -70,11 +75,11 @@ impl GroundClimate {
         let step = halves.find(|step| *step as f64 * world.spacing_m() <= most_m).unwrap_or(1);
         let vertices = step * world.stride().vertices();
         let places = corners(area, step).vertices().map(|(x, y)| Point::at_vertex(x * vertices, y * vertices));
-        let climates = geography.climates(&places.collect::<Vec<_>>());
-        let table = |of: &dyn Fn(&PlaceClimate) -> f64| {
-            let at_corners: Vec<f32> = climates.iter().map(|climate| of(climate) as f32).collect();
-            between_corners(area, step, &at_corners)
+        let settings = geography.settings_at(&places.collect::<Vec<_>>());
+        let table_of = |of: &dyn Fn(&Setting) -> f64| {
+            between_corners(area, step, &settings.iter().map(|setting| of(setting) as f32).collect::<Vec<_>>())
         };
+        let table = |of: &dyn Fn(&PlaceClimate) -> f64| table_of(&|setting| of(&setting.climate));
         let sea_level_m = world.preset().sea_level_m.unwrap_or(0.0);
         let [mut drought, higher, highest] =
             DROUGHTS_M.map(|height_m| table(&|climate| climate.drought(height_m).min(MOST_DROUGHT)));
@@ -91,11 +96,12 @@ impl GroundClimate {
         }
         let snow_line_m = table(&|climate| climate.snow_line_m() + sea_level_m);
         let tree_line_m = table(&|climate| climate.tree_line_m() + sea_level_m);
-        Some(GroundClimate { area, numbers: [snow_line_m, tree_line_m, drought] })
+        let sand_sea = table_of(&|setting| (setting.sand / SAND_COVERS).min(1.0));
+        Some(GroundClimate { area, numbers: [snow_line_m, tree_line_m, drought, sand_sea] })
     }
 
-    /// Returns row `y` of snow line, tree line and drought.
-    pub fn row(&self, y: i64) -> [&[f32]; 3] {
+    /// Returns row `y` of snow line, tree line, drought and the share of a sand sea.
+    pub fn row(&self, y: i64) -> [&[f32]; 4] {
         let row = self.area.index(self.area.x0, y)..self.area.index(self.area.x1, y);
         self.numbers.each_ref().map(|numbers| &numbers[row.clone()])
     }
@@ -114,11 +120,12 @@ impl GroundClimate {
 impl<S: Simd> LaneClimate<S> {
     /// Loads the climate of vertices from the rows of a [`GroundClimate`], from column `first` on.
     #[inline(always)]
-    pub fn load(simd: S, [snow_line_m, tree_line_m, drought]: [&[f32]; 3], first: usize) -> LaneClimate<S> {
+    pub fn load(simd: S, [snow_line_m, tree_line_m, drought, sand_sea]: [&[f32]; 4], first: usize) -> LaneClimate<S> {
         LaneClimate {
             snow_line_m: simd.load(&snow_line_m[first..]),
             tree_line_m: simd.load(&tree_line_m[first..]),
             drought: simd.load(&drought[first..]),
+            sand_sea: simd.load(&sand_sea[first..]),
         }
     }
 

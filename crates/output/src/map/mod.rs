@@ -7,6 +7,7 @@
 //! Style (TOML) --> contour_lines.rs   contours; outlines.rs adds their numbers
 //!                  drawing.rs   rivers, lakes, roads and settlements as lines and areas in pixels; houses.rs
 //!                  ranges.rs    mountain ranges and valleys, found in coarse land
+//!                  realms.rs    continents, oceans, deserts and so on of a whole world
 //!                  climb.rs     from high ground in coarse land to the peak there; summits.rs
 //!                  text.rs      shapes names; label.rs places them, within a frame.rs if there is one
 //!                      |
@@ -33,6 +34,7 @@ mod outlines;
 mod plain;
 pub(crate) mod plotter;
 mod ranges;
+mod realms;
 mod relief;
 pub mod label;
 mod names;
