@@ -264,7 +264,7 @@ impl VolcanicCones {
         }
         let left = 1.0 - place.share;
         let body_m = match volcano.kind {
-            VolcanoKind::Caldera => self.ring_m(volcano, &place),
+            VolcanoKind::Caldera => ring_m(volcano, &place),
             VolcanoKind::CinderField => volcano.height_m * left * left,
             _ => cone_m(volcano, &place),
         };
@@ -298,17 +298,6 @@ impl VolcanicCones {
         let ravine = (2..).zip(RAVINES).map(cut).fold(0.0, f64::max);
         ConePlace { off, distance_m, share, ravine }
     }
-
-    /// Returns the height in metres of a caldera's walls.
-    fn ring_m(&self, volcano: &Volcano, place: &ConePlace) -> f64 {
-        let inside_m = volcano.rim * volcano.radius_m - place.distance_m;
-        if inside_m > 0.0 {
-            return (volcano.height_m - WALL * inside_m).max(0.0);
-        }
-        let left = ((1.0 - place.share) / (1.0 - volcano.rim)).clamp(0.0, 1.0);
-        let beyond = smooth(-inside_m / (0.25 * volcano.radius_m));
-        volcano.height_m * left * left * (1.0 - ravine_depth(volcano, place) * beyond)
-    }
 }
 
 /// Returns the depth of ravines at a place, as a share of the height above the foot.
@@ -332,4 +321,15 @@ fn cone_m(volcano: &Volcano, place: &ConePlace) -> f64 {
     let side_m = volcano.height_m * profile(place.share) * (1.0 - depth);
     let [depth_m, above_m] = bowl_m(place.off, volcano.rim * volcano.radius_m, volcano.gap, wall);
     side_m.min(volcano.height_m * rim - depth_m + above_m)
+}
+
+/// Returns the height in metres of a caldera's walls.
+fn ring_m(volcano: &Volcano, place: &ConePlace) -> f64 {
+    let inside_m = volcano.rim * volcano.radius_m - place.distance_m;
+    if inside_m > 0.0 {
+        return (volcano.height_m - WALL * inside_m).max(0.0);
+    }
+    let left = ((1.0 - place.share) / (1.0 - volcano.rim)).clamp(0.0, 1.0);
+    let beyond = smooth(-inside_m / (0.25 * volcano.radius_m));
+    volcano.height_m * left * left * (1.0 - ravine_depth(volcano, place) * beyond)
 }
