@@ -26,7 +26,7 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::geometry::smooth;
 use crate::grain_point::Point;
-use crate::grid::{Grid, between_corners, corners};
+use crate::grid::{between_corners, corners};
 use crate::hash::{self, Stream};
 use crate::land::{Land, WaterKind};
 use crate::noise::point_noise::{PointField, PointNoise};

@@ -85,7 +85,7 @@ mod tests {
             let land = geography.settings_at(&places).into_iter().zip(places);
             land.filter(|(setting, _)| setting.land.continent > 0.1).collect::<Vec<_>>()
         };
-        let (polar, tropical) = (of_latitude(4800.0), of_latitude(-4900.0));
+        let (polar, tropical) = (of_latitude(2800.0), of_latitude(-7000.0));
         assert!(!polar.is_empty() && polar.iter().all(|(setting, _)| surface_m(setting) > 500.0));
         assert!(!tropical.is_empty() && tropical.iter().all(|(setting, _)| surface_m(setting) < 0.0));
         let at = polar[0].1;

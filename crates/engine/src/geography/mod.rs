@@ -318,8 +318,10 @@ impl Geography {
     }
 }
 
-/// Metres of height in which the land passes from that without to that with an ice sheet.
+/// Metres of height in which the land passes from that without to that with an ice sheet; and the metres below the snow
+/// line down to which the sheets of the ice age went, as far as to the south of the Baltic Sea on Earth.
 const ICE_SHEET_M: f64 = 800.0;
+const ICE_WENT_M: f64 = 700.0;
 
 /// Mean temperatures of the warmest month in degrees Celsius between which a country becomes habitable; the share of
 /// people who live where it is colder, and where there is hardly any rain, by rivers; and the runoff in metres a year
@@ -335,7 +337,7 @@ const HILLY: f64 = 0.12;
 impl Setting {
     /// Returns the share, from 0 to 1, of an ice sheet that lay on the country in the ice age.
     pub fn was_under_ice(&self) -> f64 {
-        self.above_snow_line(self.climate.ice_age_snow_line_m())
+        self.above_snow_line(self.climate.ice_age_snow_line_m() - ICE_WENT_M)
     }
 
     /// Returns the share, from 0 to 1, of an ice sheet that lies on the country.
