@@ -320,7 +320,7 @@ mod tests {
         let realms = realms(&world, near_km, &Clock::default()).unwrap();
         let kinds: BTreeSet<&str> = realms.iter().map(|realm| realm.id.split(':').next().unwrap()).collect();
         assert!(realms.len() > 20 && kinds.len() > 5, "{kinds:?}");
-        let far = realms.iter().filter(|realm| realm.around_km > 1000.0).next_back().unwrap();
+        let far = realms.iter().rfind(|realm| realm.around_km > 1000.0).unwrap();
         let name = far.name.as_ref().unwrap();
         let found = named(preset.clone(), Some(3), &name.to_lowercase(), near_km, &Clock::default()).unwrap();
         assert!(found.name.as_ref() == Some(name) && found.around_km > 20.0, "{name}: {found:?}");

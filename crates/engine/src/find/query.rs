@@ -287,7 +287,7 @@ impl Query {
         for text in texts {
             let goes_on = words(text).first().is_some_and(|word| leads_on(word));
             match whole.last_mut().filter(|_| goes_on) {
-                Some(last) => *last += &format!(" {text}"),
+                Some(last) => *last = format!("{last} {text}"),
                 None => whole.push(text.clone()),
             }
         }

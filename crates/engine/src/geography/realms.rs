@@ -17,7 +17,7 @@ use super::biome::Biome;
 use super::climate::PlannedLand;
 use super::settings::GeographySettings;
 use super::spline::SplineLattice;
-use super::{Geography, LAND_NUMBERS, LandAtLarge};
+use super::{Geography, LandAtLarge};
 
 use crate::grain_point::Point;
 use crate::hash::{self, Stream};
@@ -129,8 +129,8 @@ pub(super) struct Realms {
     ground: Memory<PatchKey, Vec<u8>>,
     /// Biomes at near nodes, and the land that their climates depend on.
     biomes: Memory<PatchKey, Vec<u8>>,
-    land: SplineLattice<LAND_NUMBERS>,
-    realms: Memory<(RealmKind, i64, i64), Vec<Realm>>,
+    land: SplineLattice<4>,
+    traced: Memory<(RealmKind, i64, i64), Vec<Realm>>,
 }
 
 impl RealmKind {
@@ -196,7 +196,7 @@ impl Geography {
     /// Returns the realms of a kind whose middles lie in a block, by its column and row.
     pub fn realms_of_block(&self, kind: RealmKind, (i, j): (i64, i64)) -> Vec<Realm> {
         let traced = kind.traced();
-        let realms = self.realms.realms.get((traced, i, j), || {
+        let realms = self.realms.traced.get((traced, i, j), || {
             let tracing = self.realms.tracing(kind);
             self.realms.trace(self, traced, tracing, (i, j))
         });
@@ -253,13 +253,13 @@ impl Realms {
             ground: Memory::new(GROUND_BYTES),
             biomes: Memory::new(BIOME_BYTES),
             land: SplineLattice::new(near as f64, LAND_BYTES),
-            realms: Memory::new(REALM_BYTES),
+            traced: Memory::new(REALM_BYTES),
         }
     }
 
     /// Returns the caches.
     pub fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![&self.ground, &self.biomes, self.land.memory(), &self.realms]
+        vec![&self.ground, &self.biomes, self.land.memory(), &self.traced]
     }
 
     /// Returns the lattice of a kind: on Earth 130 km from node to node for continents and seas, 16 for islands, which
@@ -455,7 +455,7 @@ impl Realms {
 /// The land of a geography, as known at near nodes.
 struct LandAfar<'a> {
     geography: &'a Geography,
-    land: &'a SplineLattice<LAND_NUMBERS>,
+    land: &'a SplineLattice<4>,
 }
 
 impl PlannedLand for LandAfar<'_> {
@@ -585,11 +585,15 @@ impl NodeWindow {
     /// Returns the node of a part that lies farthest from its edge; of several the one nearest to their mean.
     fn middle(&self, part: &[i64]) -> i64 {
         let mut inside = vec![false; self.marked.len()];
-        part.iter().for_each(|node| inside[*node as usize] = true);
+        for node in part {
+            inside[*node as usize] = true;
+        }
         let is_edge = |node: &i64| self.beside(*node).iter().any(|it| it.is_none_or(|it| !inside[it as usize]));
         let mut last: Vec<i64> = part.iter().copied().filter(is_edge).collect();
         let mut left = inside.clone();
-        last.iter().for_each(|node| left[*node as usize] = false);
+        for node in &last {
+            left[*node as usize] = false;
+        }
         // Goes inwards from the edge, a row of nodes at a time.
         loop {
             let mut next: Vec<i64> = Vec::new();
@@ -643,7 +647,8 @@ mod tests {
             let mut halves: Vec<Realm> =
                 (0..4).flat_map(|n| one.realms.trace(&one, kind, tracing, (n % 2 - 2, n / 2 + 4))).collect();
             let mut wholes = other.realms.trace(&other, kind, whole, (-1, 2));
-            [&mut halves, &mut wholes].into_iter().for_each(|realms| realms.sort_by_key(|realm| realm.node));
+            halves.sort_by_key(|realm| realm.node);
+            wholes.sort_by_key(|realm| realm.node);
             assert_eq!(halves, wholes, "{kind:?}");
         }
     }

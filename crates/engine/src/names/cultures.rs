@@ -282,7 +282,7 @@ impl Cultures {
                     continue;
                 }
                 let next = (row * SIDE + column) as usize;
-                let length = if east != 0 && south != 0 { 1.414_213_562 } else { 1.0 };
+                let length = if east != 0 && south != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
                 let shore = if is_sea(node) == is_sea(next) { 0.0 } else { SHORE };
                 let further = way + (length * 0.5 * (hardship(node) + hardship(next)) + shore).round() as u32;
                 if further < ways[next] {

@@ -535,6 +535,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow for its own sake"]
     fn a_whole_world_has_names_of_what_is_large_the_same_in_all_windows() {
         let (_, preset) = Preset::load("world").unwrap();
         let style = Style::load("topographic").unwrap();

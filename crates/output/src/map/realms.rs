@@ -88,3 +88,34 @@ impl NamedRealm {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::preset::Preset;
+
+    #[test]
+    fn realms_of_a_part_are_those_of_the_whole_that_lie_in_it() {
+        let (_, preset) = Preset::load("world").unwrap();
+        let world = World::new(preset, Some(3)).unwrap();
+        let scale = |denominator: f64| Scale { metres_per_pixel: denominator / 2000.0, pixels_per_mm: 2.0 };
+        let named = |denominator: f64, area: Area| -> BTreeSet<(RealmKind, String, [i64; 2])> {
+            let seen = seen(&world, scale(denominator), area, &Clock::default()).unwrap();
+            seen.into_iter()
+                .map(|realm| (realm.kind, realm.name, [realm.at.x, realm.at.y].map(|at| at as i64)))
+                .collect()
+        };
+        let (whole, part) = (Area::new(-250, -150, 500, 600), Area::new(-80, 10, 250, 250));
+        let mut all = named(20e6, whole);
+        assert!(all.iter().map(|(kind, ..)| *kind).collect::<BTreeSet<_>>().len() >= 7, "{all:?}");
+        all.retain(|(.., [x, y])| part.contains(&Area::new(*x, *y, 1, 1)));
+        assert!(all.len() > 10, "{all:?}");
+        assert_eq!(named(20e6, part), all);
+        // Small things have no names on a map of the whole world, and on maps of a region nothing large has.
+        let afar = named(40e6, part);
+        assert!(afar.len() > 1 && afar.iter().all(|(kind, ..)| *kind != RealmKind::Island), "{afar:?}");
+        assert!(named(1e6, part).is_empty());
+    }
+}
