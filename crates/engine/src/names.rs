@@ -140,6 +140,11 @@ impl Names {
         lake(self.seed, self.cell(at), number(id))
     }
 
+    /// Returns the name of a salt pan, likewise.
+    pub fn pan(&self, at: [i64; 2], id: &[i64]) -> String {
+        pan(self.seed, self.cell(at), number(id))
+    }
+
     /// Returns the name of a peak, likewise.
     pub fn peak(&self, at: [i64; 2], id: &[i64]) -> String {
         peak(self.seed, self.cell(at), number(id))
@@ -175,6 +180,11 @@ fn river(seed: u64, cell: SiteId, number: u64) -> String {
 /// The name of a lake; see [`river`].
 fn lake(seed: u64, cell: SiteId, number: u64) -> String {
     thing(seed, Stream::LakeName, cell, number, |tongue| tongue.lakes)
+}
+
+/// The name of a salt pan; see [`river`]. All tongues have taken these patterns from those who live beside pans.
+fn pan(seed: u64, cell: SiteId, number: u64) -> String {
+    thing(seed, Stream::LakeName, cell, number, |_| &["* Pan", "Salar *", "Chott *"])
 }
 
 /// The name of a peak; see [`river`].
