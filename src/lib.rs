@@ -34,9 +34,10 @@
 //!   noise/      fractals of simplex noise on the lanes of simd
 //!   recipe/     text of an author -> a preset or a style; what all settings share: key paths, faults, checks, masks
 //!   geography/  what lies where at large: plates, continents, uplift, climate, biome           a function of place
+//!               realms: continents, seas, deserts, each as one thing               input: as long as a realm may be
 //!   land        heights and the water on them
 //!   lines/      one type for rivers and roads, and the imprint that they leave in land        input: 9 vertices more
-//!   names       names of rivers, lakes, peaks and settlements
+//!   names/      names of rivers, lakes, peaks, settlements and realms, in the tongues of the peoples of a world
 //!      |
 //!   fluvial/    rivers first, then the land between them; lakes, coasts, peaks; a survey for planners
 //!   relief/     World, area -> land: of noise, or fluvial                                     input: the area
@@ -51,6 +52,7 @@
 //!   walker/     the endless terrain around a walker, whose agents look at neighbours; the tiles of a walk
 //!   features/   World, area -> rivers, lakes, coasts, roads, sites, peaks, crossings with typed attributes
 //!   find/       "lake > 2 km2", a place -> the nearest such lakes, searched on coarse land first
+//!               "desert > 10000 km2" -> the nearest, on the nodes of the geography alone
 //!
 //!   terrane-output
 //!
@@ -99,6 +101,7 @@
 //! | [preset](preset::Preset) | the recipe of a world, as it is written |
 //! | [world](world::World) | a checked preset with a seed, from which any tile can be made |
 //! | [stream](hash::Stream) | one use of chance, with its own number, so that no two uses share their luck |
+//! | [realm](geography::realms::Realm) | a continent, sea, island, desert, plain or range of a whole world |
 //! | [relief](relief::Relief) | the maker of bare land: of noise, or of rivers |
 //! | [land](land::Land) | heights, and the water on them |
 //! | [network](fluvial::network::Network) | all channels of a world, from trunks down to brooks |

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde_json::json;
 
+use crate::area::Stride;
 use crate::cli::args::{FindArguments, WorldArguments};
 use crate::cli::console::Console;
 use crate::cli::progress::watched;
@@ -16,9 +17,12 @@ use crate::watch::Watch;
 /// Bytes of the land that one thread searches at a time.
 const PART_BYTES: u64 = 32 << 20;
 
+/// Most vertices a side of the bake of something large.
+const MOST_VERTICES: f64 = 2048.0;
+
 /// Finds what the command line asks for, and prints it as a table or as JSON lines.
 pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Error> {
-    let queries: Vec<Query> = arguments.queries.iter().map(|text| text.parse()).collect::<Result<_, Error>>()?;
+    let queries = Query::parse_all(&arguments.queries)?;
     let sources = arguments.world.sources()?;
     let preset = sources.read_all()?;
     console.warnings(&preset.warnings(&sources));
@@ -31,7 +35,8 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
     }
     for (number, query) in queries.iter().enumerate() {
         let limit = arguments.limit as usize;
-        let search = |watch: &Watch| finder.find(query, arguments.near, arguments.radius, limit, watch);
+        let radius = arguments.radius.unwrap_or(query.thing.radius_km());
+        let search = |watch: &Watch| finder.find(query, arguments.near, radius, limit, watch);
         let found = watched(console, arguments.run.threads, search)?;
         if console.is_json() {
             for found in &found {
@@ -43,7 +48,7 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
                 let (at_km, distance_km) = (found.at_km.map(exact), exact(found.distance_km));
                 let object = json!({
                     "type": "found", "query": query.text, "id": found.id, "name": found.name, "at_km": at_km,
-                    "distance_km": distance_km, "values": values, "bake": command(arguments, &finder, found),
+                    "distance_km": distance_km, "values": values, "bake": command(arguments, &finder, query.thing.is_large(), found),
                 });
                 console.message(object, "")?;
             }
@@ -53,7 +58,7 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
         let mut line = |text_line: String| writeln!(text, "{text_line}").expect("a String takes everything");
         if found.is_empty() {
             let [x, y] = arguments.near;
-            line(format!("{}: nothing within {} km of {x},{y}", query.text, arguments.radius));
+            line(format!("{}: nothing within {} km of {x},{y}", query.text, radius));
         } else {
             line(format!("{}:", query.text));
         }
@@ -64,7 +69,7 @@ pub(super) fn run(arguments: &FindArguments, console: &Console) -> Result<(), Er
             let [x, y] = found.at_km.map(rounded);
             let place = format!("{x},{y}");
             let far = rounded(found.distance_km);
-            let bake = command(arguments, &finder, found);
+            let bake = command(arguments, &finder, query.thing.is_large(), found);
             line(format!("  {name:24} {:24} {place:>16} km, {far:>6} km off   {bake}", values.join(", ")));
         }
         console.text(&text)?;
@@ -78,8 +83,8 @@ fn rounded(value: f64) -> f64 {
     (value * step).round() / step
 }
 
-/// Returns the command that bakes the surroundings of a found feature.
-fn command(arguments: &FindArguments, finder: &Finder, found: &Found) -> String {
+/// Returns the command that bakes the surroundings of a found feature, by fewer vertices if it is large.
+fn command(arguments: &FindArguments, finder: &Finder, is_large: bool, found: &Found) -> String {
     let [x, y] = found.at_km.map(|km| (km * 100.0).round() / 100.0);
     let WorldArguments { preset, seed, set } = &arguments.world;
     let mut command = format!("terrane bake {}", quoted(preset));
@@ -89,5 +94,16 @@ fn command(arguments: &FindArguments, finder: &Finder, found: &Found) -> String 
     for setting in set {
         write!(command, " --set {}", quoted(setting)).expect("a String takes everything");
     }
+    let stride = stride(finder.world().spacing_m(), found.around_km);
+    if is_large && stride > 1 {
+        write!(command, " --stride {stride}").expect("a String takes everything");
+    }
     command + &format!(" --around={x},{y},{}", found.around_km)
+}
+
+/// Returns the least stride at which a bake of something so wide is no wider than [`MOST_VERTICES`].
+fn stride(spacing_m: f64, around_km: f64) -> i64 {
+    let is_enough = |stride: &Stride| around_km * 1000.0 <= MOST_VERTICES * spacing_m * stride.vertices() as f64;
+    let strides = (0..).map_while(|shift| Stride::new(1 << shift));
+    strides.clone().find(is_enough).or(strides.last()).unwrap_or(Stride::ONE).vertices()
 }

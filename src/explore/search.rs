@@ -11,9 +11,6 @@ use crate::explore::worlds::Opened;
 use crate::find::{Finder, Found, Query, named_in};
 use crate::watch::Watch;
 
-/// Radius of the search around the middle of the view, in kilometres.
-const RADIUS_KM: f64 = 200.0;
-
 /// A parsed search.
 #[derive(Clone, Debug)]
 pub(super) enum Search {
@@ -43,12 +40,15 @@ impl Search {
             Some(finder) => finder,
             none => none.insert(Finder::of_world(opened.world.clone())?),
         };
-        let (kind, found) = match self {
-            Search::Name(name) => (None, vec![named_in(finder, name, near_km, &watch.clock)?]),
-            Search::Things(query) => (Some(query.thing.name()), finder.find(query, near_km, RADIUS_KM, limit, &watch)?),
+        let (kind, radius_km, found) = match self {
+            Search::Name(name) => (None, None, vec![named_in(finder, name, near_km, &watch.clock)?]),
+            Search::Things(query) => {
+                let radius_km = query.thing.radius_km();
+                (Some(query.thing.name()), Some(radius_km), finder.find(query, near_km, radius_km, limit, &watch)?)
+            }
         };
         let found: Vec<Value> = found.iter().map(|found| told(found, kind)).collect();
-        Ok(Arc::new(vec![json!({ "found": found, "radius_km": RADIUS_KM }).to_string().into_bytes()]))
+        Ok(Arc::new(vec![json!({ "found": found, "radius_km": radius_km }).to_string().into_bytes()]))
     }
 }
 
@@ -68,7 +68,9 @@ mod tests {
 
     #[test]
     fn a_text_is_a_query_or_a_name() {
-        for query in ["lake", "Peak > 3500 m", " river > 30 km ", "town on river", "Lakes >= 20000 m2"] {
+        for query in
+            ["lake", "Peak > 3500 m", " river > 30 km ", "town on river", "Lakes >= 20000 m2", "biome = Csb coast"]
+        {
             assert!(matches!(Search::new(query), Ok(Search::Things(_))), "{query}");
         }
         for name in ["Feanmere", "Lakeside", "Old Town", "Lake Brond"] {

@@ -1090,6 +1090,32 @@ fn what_is_looked_for_is_found_nearest_first() {
 }
 
 #[test]
+fn what_is_large_in_a_whole_world_is_found_with_a_bake_of_few_vertices() {
+    let desk = Desk::new();
+    let texts = ["desert > 10000 km2", "< 9000000 km2", "continent", "biome = Csb", "coast"];
+    let found = desk.done(&[&["find", "world", "--near=500,-3000", "--limit=2", "--json"][..], &texts].concat());
+    let found: Vec<Value> = found.objects().into_iter().filter(|object| object["type"] != "progress").collect();
+    for (query, beginning) in
+        [("desert > 10000 km2 < 9000000 km2", "desert:"), ("continent", "continent:"), ("biome = Csb coast", "Csb:")]
+    {
+        let own: Vec<&Value> = found.iter().filter(|found| found["query"] == query).collect();
+        assert_eq!(own.len(), 2, "{query}: {found:?}");
+        for one in own {
+            assert!(one["id"].as_str().unwrap().starts_with(beginning), "{one}");
+            let bake = one["bake"].as_str().unwrap();
+            assert!(bake.contains(" --stride ") || query != "continent", "{one}");
+            assert!(!bake.contains(" --stride ") || query != "biome = Csb coast", "{one}");
+            // The command is a bake that fits the machine.
+            let words: Vec<&str> = bake.split(' ').skip(1).chain(["--dry-run"]).collect();
+            desk.done(&words);
+        }
+    }
+    let text = desk.done(&["find", "world", "sea > 100000 km2", "--limit=1"]).stdout;
+    assert!(text.starts_with("sea > 100000 km2:\n") && text.contains(" km2 ") && text.contains("--stride"), "{text}");
+    desk.refused(&["find", "alps", "desert"], &["geography", "world"]);
+}
+
+#[test]
 fn a_machine_without_a_screen_is_no_reason_to_complain() {
     let desk = Desk::new();
     let devices = desk.command(&["devices"]).env_remove("XDG_RUNTIME_DIR").output().unwrap();

@@ -106,6 +106,18 @@ const BAD_TEXTS: &[BadText] = &[
         "give sea_level_m",
     ),
     (
+        "spacing_m = 10\nsea_level_m = 0\n[geography]\n[fluvial]\nvalley = 0.1",
+        "5:1",
+        "fluvial.valley: nothing reads it with a geography",
+        "each place has its own value",
+    ),
+    (
+        "spacing_m = 10\n[fluvial]\n[fluvial.rock]\nfolded = 0.5",
+        "3:10",
+        "fluvial.rock: the land has no rock at all",
+        "a part above 0",
+    ),
+    (
         "spacing_m = 10\n[fluvial]\n[ground]\nsand_m = [1, 2]",
         "4:1",
         "ground.sand_m: nothing reads it without sea_level_m",

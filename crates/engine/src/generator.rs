@@ -19,9 +19,9 @@ pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 /// The layers, each with the version of its work on the output of the layers before it.
 pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
-    ("geography", 1),
-    ("fluvial", 3),
-    ("places", 2),
+    ("geography", 2),
+    ("fluvial", 4),
+    ("places", 3),
     ("agents", 3),
     ("lines", 1),
     ("tile", 2),

@@ -118,6 +118,45 @@ pub(crate) fn between_corners(area: Area, step: i64, table: &[f32]) -> Vec<f32> 
     out
 }
 
+/// Interpolates values at the nodes of an area by a cubic B-spline from those at the [`corners`] of cells of `step`
+/// nodes and at one more corner around them: smooth, and never beyond the corners' least and greatest value.
+pub(crate) fn spline_between_corners(area: Area, step: i64, table: &[f32]) -> Vec<f32> {
+    let inner = corners(area, step);
+    let all = inner.padded(1);
+    let scale = 1.0 / step as f32;
+    let mut out = vec![0.0; area.len()];
+    // The values of one row of nodes at the columns of corners.
+    let mut along = vec![0.0; all.width()];
+    for (y, row) in (area.y0..area.y1).zip(out.chunks_exact_mut(area.width())) {
+        let first = (y.div_euclid(step) - inner.y0) as usize * all.width();
+        let [a, b, c, d] = spline_weights(y.rem_euclid(step) as f32 * scale);
+        let at = |down: usize| &table[first + down * all.width()..first + (down + 1) * all.width()];
+        let rows = at(0).iter().zip(at(1)).zip(at(2)).zip(at(3));
+        for (value, (((north, one), two), south)) in along.iter_mut().zip(rows) {
+            *value = a * north + b * one + c * two + d * south;
+        }
+        let mut x = area.x0;
+        while x < area.x1 {
+            let cell = x.div_euclid(step);
+            let end = ((cell + 1) * step).min(area.x1);
+            let near = &along[(cell - inner.x0) as usize..][..4];
+            for (at, value) in (x..end).zip(&mut row[(x - area.x0) as usize..(end - area.x0) as usize]) {
+                let [a, b, c, d] = spline_weights((at - cell * step) as f32 * scale);
+                *value = a * near[0] + b * near[1] + c * near[2] + d * near[3];
+            }
+            x = end;
+        }
+    }
+    out
+}
+
+/// Returns the weights of four neighbours in a row at a share of the way from the second to the third.
+fn spline_weights(t: f32) -> [f32; 4] {
+    let left = 1.0 - t;
+    let inner = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0;
+    [left * left * left / 6.0, inner(t), inner(left), t * t * t / 6.0]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -140,6 +179,25 @@ mod tests {
         for area in [Area::new(-9, -30, 25, 17), Area::new(0, 8, 9, 1), Area::new(7, -1, 1, 1)] {
             let expected: Vec<f32> = area.vertices().map(|(x, y)| plane(x, y)).collect();
             assert_eq!(between(area), expected);
+        }
+    }
+
+    #[test]
+    fn areas_agree_on_values_of_splines_between_corners_and_planes_stay_planes() {
+        let rough = |x: i64, y: i64| ((x * x + 3 * y) % 7) as f32;
+        let plane = |x: i64, y: i64| (24 * x - 16 * y) as f32;
+        let between = |area: Area, of: &dyn Fn(i64, i64) -> f32| {
+            let table: Vec<f32> = corners(area, 8).padded(1).vertices().map(|(x, y)| of(x, y)).collect();
+            spline_between_corners(area, 8, &table)
+        };
+        let large = Area::new(-40, -50, 90, 80);
+        let all = between(large, &rough);
+        for area in [Area::new(-9, -30, 25, 17), Area::new(0, 8, 9, 1), Area::new(7, -1, 1, 1)] {
+            let expected: Vec<f32> = area.vertices().map(|(x, y)| all[large.index(x, y)]).collect();
+            assert_eq!(between(area, &rough), expected);
+            for ((x, y), value) in area.vertices().zip(between(area, &plane)) {
+                assert!((value - (3 * x - 2 * y) as f32).abs() < 1e-3, "{value} at {x}, {y}");
+            }
         }
     }
 

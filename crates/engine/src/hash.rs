@@ -197,6 +197,20 @@ register! {
     PlateBends = 44 << 32, 4;
     /// Noise of the geography, by its purpose.
     Geography = 45 << 32, PARTS;
+    /// Volcanoes: where they stand, their kinds, ages and sizes, their cinder cones and lava flows.
+    Volcanoes = 50 << 32, 1;
+    /// Shapes of volcanoes: ravines, and the bends of all that runs down from them.
+    VolcanoShape = 51 << 32, 4;
+    /// Noise of rocks, by its purpose.
+    Rock = 52 << 32, PARTS;
+    /// Beds of layered rock.
+    Beds = 53 << 32, 1;
+    /// Drumlins, eskers and dolines, by the purpose of each noise and lattice.
+    GroundForms = 54 << 32, PARTS;
+    /// Cultural regions: positions of their homes, their tongues, and their dialects.
+    Cultures = 46 << 32, 3;
+    /// Realms, by their kind: the basins that cut large ones, then their names.
+    Realms = 47 << 32, 16;
     /// Sand seas of deserts.
     Sand = 48 << 32, 1;
     /// Dunes, by the purpose of each noise and lattice.
@@ -281,6 +295,8 @@ register! {
     Valley = 5, 1;
     /// Names of mountain ranges.
     Range = 6, 1;
+    /// Names of continents, seas, deserts and so on.
+    Realm = 7, 1;
 }
 
 register! {

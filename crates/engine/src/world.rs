@@ -17,6 +17,7 @@ use crate::grain_point::GRAINS;
 use crate::lines::{ChannelId, LakeId, LineKind, Lines, SiteId};
 use crate::memory::{Budget, Remembers, Usage};
 use crate::names::Names;
+use crate::names::cultures::Cultures;
 use crate::places::Places;
 use crate::places::site::Site;
 use crate::preset::Preset;
@@ -63,11 +64,12 @@ impl World {
         let seed = seed.unwrap_or(preset.seed);
         let chance = preset.chance(seed);
         let Preset { spacing_m, sea_level_m, .. } = preset;
-        let places = World::settled(&preset, chance)?;
-        let names = places.as_ref().map(|places| Names::new(chance, places.site_side()));
         let metres_a_grain = spacing_m / GRAINS as f64;
         let shape = |settings| Arc::new(Geography::new(settings, metres_a_grain, chance));
         let geography = preset.geography.as_ref().map(shape);
+        let cultures = geography.iter().cloned().map(|it| Arc::new(Cultures::new(it, metres_a_grain, chance))).next();
+        let places = World::settled(&preset, chance, cultures)?;
+        let names = places.as_ref().map(|places| places.names().clone());
         let grow =
             |settings| Fluvial::new(settings, geography, (spacing_m, stride), sea_level_m, chance, names.clone());
         let fluvial = preset.fluvial.as_ref().map(grow);
@@ -91,7 +93,8 @@ impl World {
     fn regrown(&self, stride: Stride, change: impl FnOnce(Fluvial) -> Fluvial) -> World {
         let World { preset, seed, chance, names, .. } = self;
         let fluvial = self.relief.fluvial().map(|fluvial| fluvial.at_stride(stride)).map(change);
-        let places = World::settled(preset, *chance).expect("this world was made of the same settings");
+        let cultures = names.as_ref().and_then(Names::cultures).cloned();
+        let places = World::settled(preset, *chance, cultures).expect("this world was made of the same settings");
         let world = World::grown(preset.clone(), *seed, stride, fluvial, places, names.clone());
         match &self.budget {
             Some(budget) => world.within(budget),
@@ -99,9 +102,9 @@ impl World {
         }
     }
 
-    /// Returns the settlements and roads of a preset, if it has any.
-    fn settled(preset: &Preset, chance: u64) -> Result<Option<Places>, Error> {
-        let settle = |settings| Places::new(settings, preset.spacing_m, chance);
+    /// Returns the settlements and roads of a preset, if it has any, with the peoples of its geography.
+    fn settled(preset: &Preset, chance: u64, cultures: Option<Arc<Cultures>>) -> Result<Option<Places>, Error> {
+        let settle = |settings| Places::new(settings, preset.spacing_m, chance, cultures);
         preset.places.as_ref().map(settle).transpose()
     }
 

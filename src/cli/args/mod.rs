@@ -61,8 +61,8 @@ pub enum Command {
     Map(MapArguments),
     /// Draw an atlas: sheets side by side with an index and a gazetteer of all names, as pictures and as one document.
     Atlas(AtlasArguments),
-    /// Find the nearest lakes, peaks, rivers and places with the properties you want, each with the command that bakes
-    /// it.
+    /// Find the nearest lakes, peaks, rivers and places with the properties you want, or continents, seas, deserts and
+    /// climates of a whole world, each with the command that bakes it.
     Find(FindArguments),
     /// Look around in an endless world, on a page in your browser that is drawn as you look, at any scale and in any
     /// style. The page finds places, shows them in three dimensions, changes the preset, and bakes what you mark.

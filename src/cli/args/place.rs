@@ -24,8 +24,8 @@ pub struct PlaceArguments {
     #[arg(conflicts_with_all = ["at", "size", "around"])]
     pub bounds: Option<[f64; 4]>,
     /// The middle of the region in kilometres east and north of the origin, or the name of something (a settlement
-    /// within 300 km of the origin, or a lake, river or peak within 30 km), and the region's width and height in
-    /// kilometres.
+    /// within 300 km of the origin, a lake, river or peak within 30 km, or in a whole world a continent, sea, desert and
+    /// so on within 2000 km), and the region's width and height in kilometres.
     #[arg(long, value_name = "X,Y,KM|NAME[,KM]", allow_hyphen_values = true, value_parser = parse_around)]
     #[arg(alias = "middle", conflicts_with_all = ["at", "size"])]
     pub around: Option<Around>,

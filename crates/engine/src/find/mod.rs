@@ -4,10 +4,14 @@
 //! "lake > 2 km2" --> Query --> blocks by distance --> candidates at a coarse stride --> exact check --> Found
 //! ```
 //!
+//! Realms and climates are as large as continents. They are searched on the coarse nodes of the geography, in blocks of
+//! its own, and no land is made for them.
+//!
 //! The search goes through the world block by block, outwards from a place, until it has found enough. Expensive
 //! properties are first looked up in the same world at a coarse stride, and at every vertex only where that shows a
 //! candidate.
 
+mod large;
 mod name;
 mod query;
 
@@ -28,8 +32,8 @@ use crate::preset::Preset;
 use crate::stop::Stopped;
 use crate::watch::Watch;
 use crate::world::World;
-pub use name::{SETTLEMENTS_KM, THINGS_KM, named, named_in};
-pub use query::{Beside, Bound, Measure, Query, Sign, Thing};
+pub use name::{REALMS_KM, SETTLEMENTS_KM, THINGS_KM, named, named_in};
+pub use query::{Beside, BiomeLetters, Bound, Measure, Query, Sign, Thing};
 
 /// Side of a block in kilometres.
 const BLOCK_KM: f64 = 12.0;
@@ -150,7 +154,8 @@ impl Finder {
     /// and north. `watch` counts the blocks that are searched, of all within the radius.
     ///
     /// # Errors
-    /// When the radius reaches beyond the largest coordinates, or the work is stopped.
+    /// When the radius reaches beyond the largest coordinates, the world has no geography to find such a thing in, or
+    /// the work is stopped.
     pub fn find(
         &mut self,
         query: &Query,
@@ -167,6 +172,9 @@ impl Finder {
                 hint: format!("no vertex lies more than {most_km:.0} km from the origin"),
             });
         }
+        if query.thing.is_large() {
+            return large::find(&self.world, query, (near_km, radius_km), limit, watch);
+        }
         let stride = self.stride(query);
         if stride != Stride::ONE && !self.afar.contains_key(&stride) {
             self.afar.insert(stride, self.world.at_stride(stride));
@@ -178,45 +186,7 @@ impl Finder {
         let whole = 4 * COARSEST as i64;
         let side = ((BLOCK_KM / spacing_km) as i64).div_euclid(whole).max(1) * whole;
         let block_km = side as f64 * spacing_km;
-        let first = near_km.map(|km| ((km - radius_km) / block_km).floor() as i64);
-        let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
-        let mut found: BTreeMap<String, Found> = BTreeMap::new();
-        let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
-        watch.begin("searching", Some((count[0].saturating_mul(count[1]), "blocks at most")));
-        // Goes through rings of blocks, each farther out than the last, because all blocks at once may not fit into
-        // memory.
-        let middle = near_km.map(|km| (km / block_km).floor() as i64);
-        for ring in 0..count[0].max(count[1]) as i64 {
-            let mut blocks: Vec<[i64; 2]> = Vec::new();
-            for y in middle[1] - ring..=middle[1] + ring {
-                let is_end = (y - middle[1]).abs() == ring;
-                let columns = middle[0] - ring..=middle[0] + ring;
-                blocks.extend(columns.filter(|x| is_end || (x - middle[0]).abs() == ring).map(|x| [x, y]));
-            }
-            let all = blocks.len();
-            blocks.retain(|block| search.distance_km(*block, block_km) <= radius_km);
-            watch.add((all - blocks.len()) as u64);
-            if blocks.is_empty() {
-                break;
-            }
-            let here = |block: &[i64; 2]| {
-                let found = search.block(*block, side);
-                watch.add(1);
-                found
-            };
-            let all = blocks.par_iter().map(here).collect::<Result<Vec<Vec<Found>>, Stopped>>()?;
-            let near = all.into_iter().flatten().filter(|found| found.distance_km <= radius_km);
-            found.extend(near.map(|found| (found.id.clone(), found)));
-            // Nothing outside the rings searched so far is nearer than this.
-            let sure_km = ring as f64 * block_km;
-            if found.values().filter(|found| found.distance_km <= sure_km).count() >= limit {
-                break;
-            }
-        }
-        let mut found: Vec<Found> = found.into_values().collect();
-        found.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km).then_with(|| a.id.cmp(&b.id)));
-        found.truncate(limit);
-        Ok(found)
+        nearest(block_km, (near_km, radius_km), limit, watch, |block| search.block(block, side))
     }
 
     /// Returns the stride of the coarse world in which candidates for a query are searched.
@@ -224,11 +194,70 @@ impl Finder {
         let node_m = match query.thing {
             Thing::Lake => (query.least(Measure::Area).unwrap_or(0.0) * 1e6).sqrt() / LAKE_NODES,
             Thing::Peak => f64::INFINITY,
-            Thing::River | Thing::Site(_) => 0.0,
+            Thing::River | Thing::Site(_) | Thing::Realm(_) | Thing::Biome(_) => 0.0,
         };
         let vertices = (node_m / self.world.spacing_m()).min(COARSEST as f64).max(1.0) as u64;
         Stride::new(1 << vertices.ilog2()).expect("a power of two that is no more than the coarsest")
     }
+}
+
+/// Finds at most `limit` things within a radius of a place, nearest first, by searching block after block.
+///
+/// `search` returns the things of a block, by its column and row east and north of the origin. Each thing lies in a
+/// block in which `search` finds it.
+fn nearest(
+    block_km: f64,
+    (near_km, radius_km): ([f64; 2], f64),
+    limit: usize,
+    watch: &Watch,
+    search: impl Fn([i64; 2]) -> Result<Vec<Found>, Stopped> + Sync,
+) -> Result<Vec<Found>, Error> {
+    let first = near_km.map(|km| ((km - radius_km) / block_km).floor() as i64);
+    let last = near_km.map(|km| ((km + radius_km) / block_km).floor() as i64);
+    let mut found: BTreeMap<String, Found> = BTreeMap::new();
+    let count = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as u64);
+    watch.begin("searching", Some((count[0].saturating_mul(count[1]), "blocks at most")));
+    // Goes through rings of blocks, each farther out than the last, because all blocks at once may not fit into memory.
+    let middle = near_km.map(|km| (km / block_km).floor() as i64);
+    for ring in 0..count[0].max(count[1]) as i64 {
+        let mut blocks: Vec<[i64; 2]> = Vec::new();
+        for y in middle[1] - ring..=middle[1] + ring {
+            let is_end = (y - middle[1]).abs() == ring;
+            let columns = middle[0] - ring..=middle[0] + ring;
+            blocks.extend(columns.filter(|x| is_end || (x - middle[0]).abs() == ring).map(|x| [x, y]));
+        }
+        let all = blocks.len();
+        blocks.retain(|block| off_km(*block, block_km, near_km) <= radius_km);
+        watch.add((all - blocks.len()) as u64);
+        if blocks.is_empty() {
+            break;
+        }
+        let here = |block: &[i64; 2]| {
+            let found = search(*block);
+            watch.add(1);
+            found
+        };
+        let all = blocks.par_iter().map(here).collect::<Result<Vec<Vec<Found>>, Stopped>>()?;
+        let near = all.into_iter().flatten().filter(|found| found.distance_km <= radius_km);
+        found.extend(near.map(|found| (found.id.clone(), found)));
+        // Nothing outside the rings searched so far is nearer than this.
+        let sure_km = ring as f64 * block_km;
+        if found.values().filter(|found| found.distance_km <= sure_km).count() >= limit {
+            break;
+        }
+    }
+    let mut found: Vec<Found> = found.into_values().collect();
+    found.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km).then_with(|| a.id.cmp(&b.id)));
+    found.truncate(limit);
+    Ok(found)
+}
+
+/// Returns the distance in kilometres from a place to the nearest point of a block.
+fn off_km(block: [i64; 2], block_km: f64, near_km: [f64; 2]) -> f64 {
+    length([0, 1].map(|axis| {
+        let low = block[axis] as f64 * block_km;
+        (low - near_km[axis]).max(near_km[axis] - low - block_km).max(0.0)
+    }))
 }
 
 /// A search for one thing.
@@ -241,14 +270,6 @@ struct NearestSearch<'a> {
 }
 
 impl NearestSearch<'_> {
-    /// Returns the distance in kilometres to the nearest point of a block.
-    fn distance_km(&self, block: [i64; 2], block_km: f64) -> f64 {
-        length([0, 1].map(|axis| {
-            let low = block[axis] as f64 * block_km;
-            (low - self.near_km[axis]).max(self.near_km[axis] - low - block_km).max(0.0)
-        }))
-    }
-
     /// Finds the things that lie in a block or reach into it.
     fn block(&self, [x, y]: [i64; 2], side: i64) -> Result<Vec<Found>, Stopped> {
         // Rows of vertices count southwards.
@@ -258,6 +279,7 @@ impl NearestSearch<'_> {
             Thing::Peak => self.peaks(area)?,
             Thing::River => self.rivers(area)?,
             Thing::Site(class) => self.sites(area, class)?,
+            Thing::Realm(_) | Thing::Biome(_) => Vec::new(),
         };
         let mut asked = Vec::new();
         for found in found {

@@ -12,12 +12,13 @@ use rayon::prelude::*;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::features::landforms::{LAKES, PEAKS, lake_name};
+use crate::find::large::realm_found;
 use crate::find::{Finder, Found, LEAST_AROUND_KM, lake_found, peak_found, river_found};
 use crate::fluvial::landforms::peaks;
+use crate::geography::realms::{Realm, RealmKind};
 use crate::geometry::length;
-use crate::grain_point::GRAINS;
+use crate::grain_point::{GRAINS, Point};
 use crate::lines::{ChannelId, LakeId, SiteId};
-use crate::names::settlement;
 use crate::places::site::Site;
 use crate::preset::Preset;
 use crate::stop::Stopped;
@@ -27,6 +28,8 @@ use crate::world::World;
 pub const SETTLEMENTS_KM: f64 = 300.0;
 /// Radius in kilometres of the search for lakes, rivers and peaks, of which there are many more.
 pub const THINGS_KM: f64 = 30.0;
+/// Radius in kilometres of the search for continents, seas, deserts and so on, whose middles are meant.
+pub const REALMS_KM: f64 = 2000.0;
 
 /// Largest number of similar names that are suggested when no name matches.
 const NEARLY: usize = 4;
@@ -64,7 +67,8 @@ struct Called {
 }
 
 /// Finds the thing with a name in the world of a preset, ignoring case: of the settlements the one nearest to a place
-/// in kilometres east and north; if there is none, the nearest lake, river or peak.
+/// in kilometres east and north; if there is none, the nearest lake, river or peak; in a whole world, if there is none,
+/// the nearest continent, sea, desert and so on.
 ///
 /// # Errors
 /// When `clock` stops the work, the world has no names, or nothing has this name; then the hint suggests similar names
@@ -92,13 +96,24 @@ pub fn named_in(finder: &Finder, name: &str, near_km: [f64; 2], clock: &Clock) -
             return Ok(found);
         }
     }
+    let realms = realms(world, near_km, clock)?;
+    let is_called = |found: &&Found| found.name.as_ref().is_some_and(|name| name.to_lowercase() == wanted);
+    if let Some(found) = realms.iter().find(is_called) {
+        return Ok(found.clone());
+    }
     let [x, y] = near_km;
-    let names = alike(world, &all, &wanted, near_km, clock)?;
+    let mut names = alike(world, &all, &wanted, near_km, clock)?;
+    names.extend(realms.into_iter().filter_map(|found| found.name).filter(|name| is_slip(name, &wanted)));
+    names.dedup();
+    let large = match world.geography() {
+        Some(_) => format!(", nor a continent, sea, desert and so on within {REALMS_KM} km,"),
+        None => String::new(),
+    };
     let numbers = "give numbers: X,Y,KM";
     Err(Error::Option {
         message: format!(
-            "no settlement within {SETTLEMENTS_KM} km of {x},{y} and no lake, river or peak within {THINGS_KM} km is \
-             called {name:?}"
+            "no settlement within {SETTLEMENTS_KM} km of {x},{y} and no lake, river or peak within {THINGS_KM} km\
+             {large} is called {name:?}"
         ),
         hint: match &names[..] {
             [] => numbers.to_owned(),
@@ -121,14 +136,10 @@ fn alike(
     };
     let mut scored: Vec<(f64, &Called)> = all.par_iter().map(|called| (score(called), called)).collect();
     scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.thing.cmp(&b.1.thing)));
-    let is_slip = |name: &str| {
-        let wrong = strsim::damerau_levenshtein(&name.to_lowercase(), wanted);
-        wrong * LETTERS_A_SLIP <= wanted.chars().count()
-    };
     let before = world.remembered_bytes();
     let is_worth_it = |called: &Called| {
         let has_land_left = world.remembered_bytes() < before + MOST_LAND;
-        has_land_left || called.is_large_river() || is_slip(&called.name)
+        has_land_left || called.is_large_river() || is_slip(&called.name, wanted)
     };
     let mut names: Vec<String> = Vec::new();
     let looked_at = scored.into_iter().map(|(_, called)| called).filter(|called| is_worth_it(called)).take(MOST_LOOKS);
@@ -143,6 +154,29 @@ fn alike(
     Ok(names)
 }
 
+/// True if a name differs from the `wanted` one by a typing slip.
+fn is_slip(name: &str, wanted: &str) -> bool {
+    strsim::damerau_levenshtein(&name.to_lowercase(), wanted) * LETTERS_A_SLIP <= wanted.chars().count()
+}
+
+/// Returns the realms near a place, nearest first; none in a world without a geography.
+fn realms(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Found>, Stopped> {
+    let Some(geography) = world.geography() else { return Ok(Vec::new()) };
+    let grains = |km: f64| (km * 1000.0 / world.spacing_m() * GRAINS as f64) as i64;
+    let [x, y] = [near_km[0], -near_km[1]].map(grains);
+    let reach = grains(REALMS_KM);
+    let around = [Point { x: x - reach, y: y - reach }, Point { x: x + reach, y: y + reach }];
+    let of_kind = |kind: &RealmKind| {
+        clock.check()?;
+        Ok(geography.realms_within(*kind, around))
+    };
+    let realms: Vec<Vec<Realm>> = RealmKind::ALL.par_iter().map(of_kind).collect::<Result<_, Stopped>>()?;
+    let found = realms.iter().flatten().map(|realm| realm_found(world, realm, near_km));
+    let mut found: Vec<Found> = found.filter(|found| found.distance_km <= REALMS_KM).collect();
+    found.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km).then_with(|| a.id.cmp(&b.id)));
+    Ok(found)
+}
+
 /// Returns all things that may exist near a place: settlements first, each group nearest first.
 fn all(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Called>, Stopped> {
     let mut all = settlements(world, near_km);
@@ -153,11 +187,11 @@ fn all(world: &World, near_km: [f64; 2], clock: &Clock) -> Result<Vec<Called>, S
 
 /// Returns the settlements that may exist near a place.
 fn settlements(world: &World, near_km: [f64; 2]) -> Vec<Called> {
-    let Some(places) = world.places() else { return Vec::new() };
+    let Some((places, names)) = world.places().zip(world.names()) else { return Vec::new() };
     let cells = cells(world, places.site_side(), near_km, SETTLEMENTS_KM);
     let called = cells.into_par_iter().map(|([i, j], off_km)| {
         let id = SiteId { i, j };
-        Called { thing: MayBe::Settlement(id), name: settlement(world.chance(), id), off_km }
+        Called { thing: MayBe::Settlement(id), name: names.settlement(id), off_km }
     });
     called.collect()
 }
@@ -276,6 +310,22 @@ mod tests {
                 named(known.preset().clone(), Some(11), &name.to_uppercase(), [0.0; 2], &Clock::default()).unwrap();
             assert!(found.name.as_ref() == Some(&name) && found.distance_km < 60.0, "{name}: {found:?}");
         }
+    }
+
+    #[test]
+    fn what_is_large_is_found_by_its_name() {
+        let (_, preset) = Preset::load("world").unwrap();
+        let world = World::new(preset.clone(), Some(3)).unwrap();
+        let near_km = [-4000.0, -9000.0];
+        let realms = realms(&world, near_km, &Clock::default()).unwrap();
+        let kinds: BTreeSet<&str> = realms.iter().map(|realm| realm.id.split(':').next().unwrap()).collect();
+        assert!(realms.len() > 20 && kinds.len() > 5, "{kinds:?}");
+        let far = realms.iter().filter(|realm| realm.around_km > 1000.0).next_back().unwrap();
+        let name = far.name.as_ref().unwrap();
+        let found = named(preset.clone(), Some(3), &name.to_lowercase(), near_km, &Clock::default()).unwrap();
+        assert!(found.name.as_ref() == Some(name) && found.around_km > 20.0, "{name}: {found:?}");
+        let wrong = named(preset, Some(3), &format!("{name}q"), near_km, &Clock::default()).unwrap_err();
+        assert!(wrong.hint().is_some_and(|hint| hint.contains(&name[..])), "{wrong}: {:?}", wrong.hint());
     }
 
     #[test]

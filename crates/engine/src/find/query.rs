@@ -3,6 +3,8 @@
 use std::str::FromStr;
 
 use crate::error::Error;
+use crate::geography::biome::Biome;
+use crate::geography::realms::RealmKind;
 use crate::places::site::SiteClass;
 
 /// A kind of things that can be found.
@@ -16,6 +18,27 @@ pub enum Thing {
     River,
     /// A settlement; of one class only, if it is given.
     Site(Option<SiteClass>),
+    /// A continent, a sea, a desert and so on, in a world with a geography.
+    Realm(RealmKind),
+    /// A place with a climate, in a world with a geography.
+    Biome(BiomeLetters),
+}
+
+/// The first letters of climates: `Csb` is one climate, `BW` all deserts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BiomeLetters(&'static str);
+
+impl BiomeLetters {
+    /// Returns the letters that a text has, in any case; none if no climate begins with them.
+    pub fn of(text: &str) -> Option<BiomeLetters> {
+        let beginning = |biome: Biome| biome.code().get(..text.len()).filter(|code| code.eq_ignore_ascii_case(text));
+        Biome::all().find_map(beginning).filter(|code| !code.is_empty()).map(BiomeLetters)
+    }
+
+    /// True if the letters of a climate begin with these.
+    pub fn has(self, biome: Biome) -> bool {
+        biome.code().starts_with(self.0)
+    }
 }
 
 /// Water beside which a thing may have to lie.
@@ -32,7 +55,7 @@ pub enum Beside {
 /// A property of a thing, in the unit that [`Measure::unit`] names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// Area of a lake in square kilometres, without its islands.
+    /// Area in square kilometres: of a lake without its islands, or of a continent, a sea, a desert and so on.
     Area,
     /// Height in metres above zero of a peak, of a lake's surface, or of the ground of a settlement.
     Height,
@@ -63,6 +86,8 @@ impl Measure {
             Thing::Peak => &[Measure::Height],
             Thing::River => &[Measure::Length, Measure::Discharge],
             Thing::Site(_) => &[Measure::Population, Measure::Height],
+            Thing::Realm(_) => &[Measure::Area],
+            Thing::Biome(_) => &[],
         }
     }
 }
@@ -150,7 +175,7 @@ fn words(text: &str) -> Vec<String> {
 
 /// True if a word begins an "on river" clause or a bound.
 fn leads_on(word: &str) -> bool {
-    ["on", "by"].contains(&word) || word.starts_with(['<', '>', '='])
+    ["on", "by", "coast"].contains(&word) || word.starts_with(['<', '>', '='])
 }
 
 /// Parses a number and returns it with half the value of its last digit: `3.5` gives 3.5 and 0.05.
@@ -184,6 +209,8 @@ fn units(thing: Thing) -> &'static str {
         Thing::Peak => "m or km",
         Thing::River => "m or km, or m3/s",
         Thing::Site(_) => "people, or m or km of height",
+        Thing::Realm(_) => "m2, ha or km2",
+        Thing::Biome(_) => "no bound but = and the letters of a climate",
     }
 }
 
@@ -196,7 +223,19 @@ impl Thing {
             Thing::River => "river",
             Thing::Site(None) => "place",
             Thing::Site(Some(class)) => class.name(),
+            Thing::Realm(kind) => kind.name(),
+            Thing::Biome(_) => "biome",
         }
+    }
+
+    /// True if only a world with a geography has such things.
+    pub fn is_large(self) -> bool {
+        matches!(self, Thing::Realm(_) | Thing::Biome(_))
+    }
+
+    /// Returns the radius in kilometres of a search for which no radius is given.
+    pub fn radius_km(self) -> f64 {
+        if self.is_large() { 5000.0 } else { 200.0 }
     }
 
     /// Returns the kind of thing that a word names, in the singular or plural.
@@ -209,15 +248,22 @@ impl Thing {
             "hamlet" | "hamlets" => Thing::Site(Some(SiteClass::Hamlet)),
             "village" | "villages" => Thing::Site(Some(SiteClass::Village)),
             "town" | "towns" => Thing::Site(Some(SiteClass::Town)),
-            _ => return None,
+            other => {
+                let is_named = |kind: &RealmKind| other.strip_suffix('s').unwrap_or(other) == kind.name();
+                return RealmKind::ALL.into_iter().find(is_named).map(Thing::Realm);
+            }
         })
     }
 }
 
 /// Grammar of a query in one sentence, for error messages.
-const GRAMMAR: &str = "write a thing (lake, peak, river, place, hamlet, village, town), perhaps \"on river\", \"on lake\" or \
-    \"on sea\", and bounds: >, >=, <, <= or = and a number of m2, ha, km2, m, km, m3/s or people; such as \"lakes > 20000 m2\", \
-    \"peak >= 3500 m\" or \"town on river\"";
+const GRAMMAR: &str = "write a thing (lake, peak, river, place, hamlet, village, town; in a whole world continent, ocean, sea, bay, \
+    island, desert, plain, range), perhaps \"on river\", \"on lake\" or \"on sea\", and bounds: >, >=, <, <= or = and a number of \
+    m2, ha, km2, m, km, m3/s or people; such as \"lakes > 20000 m2\", \"peak >= 3500 m\", \"town on river\" or \
+    \"desert > 10000 km2\"; or the letters of a climate, perhaps \"on coast\": \"biome = Csb on coast\"";
+
+/// The word that begins a query for a climate.
+const BIOME: &str = "biome";
 
 impl Query {
     /// True if a text is meant as a query, even a wrong one, and not as a name. A name may begin with the same word:
@@ -225,7 +271,27 @@ impl Query {
     pub fn is_meant(text: &str) -> bool {
         let words = words(text);
         let goes_on = |word: &String| leads_on(word) || !word.starts_with(char::is_alphabetic);
-        words.first().is_some_and(|word| Thing::of(word).is_some()) && words.get(1).is_none_or(goes_on)
+        let is_thing = |word: &String| word == BIOME || Thing::of(word).is_some();
+        words.first().is_some_and(is_thing) && words.get(1).is_none_or(goes_on)
+    }
+}
+
+impl Query {
+    /// Parses queries. A text that begins with `on`, `by`, `coast` or a bound goes on with the query before it, so
+    /// `biome = Csb` and `coast` are one query.
+    ///
+    /// # Errors
+    /// When a text is no query.
+    pub fn parse_all(texts: &[String]) -> Result<Vec<Query>, Error> {
+        let mut whole: Vec<String> = Vec::new();
+        for text in texts {
+            let goes_on = words(text).first().is_some_and(|word| leads_on(word));
+            match whole.last_mut().filter(|_| goes_on) {
+                Some(last) => *last += &format!(" {text}"),
+                None => whole.push(text.clone()),
+            }
+        }
+        whole.iter().map(|text| text.parse()).collect()
     }
 }
 
@@ -237,11 +303,25 @@ impl FromStr for Query {
         let words = words(text);
         let mut words = words.iter().map(String::as_str).peekable();
         let Some(word) = words.next() else { return Err(refuse("nothing is looked for".into())) };
-        let Some(thing) = Thing::of(word) else {
-            return Err(refuse(format!("{word:?} is no lake, peak, river, place, hamlet, village or town")));
+        let thing = if word == BIOME {
+            if words.next() != Some("=") {
+                return Err(refuse("expected = and the letters of a climate after \"biome\"".into()));
+            }
+            let letters = words.next().unwrap_or("");
+            let Some(letters) = BiomeLetters::of(letters) else {
+                return Err(refuse(format!("no climate of Köppen and Geiger has the letters {letters:?}")));
+            };
+            Thing::Biome(letters)
+        } else {
+            let known = || refuse(format!("{word:?} is nothing that can be found"));
+            Thing::of(word).ok_or_else(known)?
         };
         let (mut beside, mut bounds) = (None, Vec::new());
         while let Some(word) = words.next() {
+            if word == "coast" {
+                beside = Some(Beside::Sea);
+                continue;
+            }
             if ["on", "by"].contains(&word) {
                 beside = Some(match words.next() {
                     Some("river" | "rivers") => Beside::River,
@@ -282,7 +362,15 @@ impl FromStr for Query {
                 }
             }
         }
-        Ok(Query { text: text.to_owned(), thing, beside, bounds })
+        match (thing, beside) {
+            (Thing::Realm(kind), Some(_)) => {
+                Err(refuse(format!("of a {}, only its size can be asked for", kind.name())))
+            }
+            (Thing::Biome(_), Some(Beside::River | Beside::Lake)) => {
+                Err(refuse("a climate can be looked for on a coast, not on a river or a lake".into()))
+            }
+            _ => Ok(Query { text: text.to_owned(), thing, beside, bounds }),
+        }
     }
 }
 
@@ -344,6 +432,37 @@ mod tests {
         assert!(equal.keeps(&[(Measure::Height, 491.7)]) && !equal.keeps(&[(Measure::Height, 492.6)]));
         let equal: Query = "lake = 2.50 km2".parse().unwrap();
         assert!(equal.keeps(&[(Measure::Area, 2.503)]) && !equal.keeps(&[(Measure::Area, 2.51)]));
+    }
+
+    #[test]
+    fn what_is_large_and_climates_are_asked_for_by_words_and_letters() {
+        let query: Query = "Deserts > 10000 km2".parse().unwrap();
+        assert_eq!((query.thing, query.least(Measure::Area)), (Thing::Realm(RealmKind::Desert), Some(10_000.0)));
+        for kind in RealmKind::ALL {
+            assert_eq!(kind.name().parse::<Query>().unwrap().thing, Thing::Realm(kind));
+        }
+        let texts = ["biome = Csb", "coast", "island > 500 km2", "< 90000 ha", "lake"].map(String::from);
+        let queries = Query::parse_all(&texts).unwrap();
+        let things = [Thing::Biome(BiomeLetters("Csb")), Thing::Realm(RealmKind::Island), Thing::Lake];
+        assert_eq!(queries.iter().map(|query| query.thing).collect::<Vec<_>>(), things);
+        assert_eq!((queries[0].beside, queries[1].bounds.len()), (Some(Beside::Sea), 2));
+        assert_eq!(queries[0].text, "biome = Csb coast");
+        let Thing::Biome(deserts) = "biome=bw on sea".parse::<Query>().unwrap().thing else { panic!("no climate") };
+        assert!(deserts.has(Biome::BWh) && deserts.has(Biome::BWk) && !deserts.has(Biome::BSh));
+        for (wrong, word) in [
+            ("biome", "letters"),
+            ("biome = Xyz", "Xyz"),
+            ("biome = ", "letters"),
+            ("biome = Csb > 3 km2", "no bound"),
+            ("biome = Csb on river", "coast"),
+            ("desert > 3 people", "km2"),
+            ("desert on sea", "size"),
+            ("coast", "nothing that can be found"),
+        ] {
+            let error = wrong.parse::<Query>().unwrap_err().to_string().to_lowercase();
+            assert!(error.contains(&word.to_lowercase()), "{wrong}: {error}");
+        }
+        assert!(Query::is_meant("biome = Csb") && Query::is_meant("sea") && !Query::is_meant("Sea of Brond"));
     }
 
     #[test]

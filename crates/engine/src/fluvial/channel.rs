@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::laws::Laws;
 use super::trunk_lattice::NodeId;
-use crate::geometry::come;
+use crate::geometry::{LineSegment, come};
 use crate::grain_point::{self, GRAINS, Point};
 use crate::lines::{ChannelId, LakeId};
 use crate::memory::heap_bytes;
@@ -172,6 +172,17 @@ impl Channel {
         &self.knots[self.knots.len() - 1]
     }
 
+    /// Returns the discharge in cubic metres a second at the place that is nearest to a point.
+    pub fn discharge_near_m3s(&self, at: Point) -> f64 {
+        let near = |pair: &[Knot]| {
+            let line = LineSegment { from: pair[0].at.from(at).into(), along: pair[1].at.from(pair[0].at).into() };
+            let (share, square) = line.nearest([0.0; 2]);
+            (square, pair[0].towards(&pair[1], share).discharge_m3s)
+        };
+        let nearest = self.knots.windows(2).map(near).min_by(|one, other| one.0.total_cmp(&other.0));
+        nearest.expect("a channel has two knots").1
+    }
+
     /// Returns the knot at a place.
     pub fn at(&self, (knot, share): ChannelPlace) -> Knot {
         match self.knots.get(knot + 1) {
@@ -261,7 +272,7 @@ mod tests {
     use crate::fluvial::settings::FluvialSettings;
 
     fn channel(places: &[[i64; 2]]) -> Channel {
-        let [_, laws] = Laws::bounds(&FluvialSettings::default(), 0.0, false);
+        let laws = Laws::everywhere(&FluvialSettings::default(), 0.0);
         let knot = |[x, y]: [i64; 2]| {
             let (at, level_m) = (Point { x, y }, -(x as f64));
             Knot { at, level_m, area: 1.0, discharge_m3s: 1.0, pool_m: NO_LAKE }

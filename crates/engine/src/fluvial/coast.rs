@@ -62,14 +62,14 @@ fn coarse(step: i64) -> i64 {
 }
 
 /// Returns the height of the coast at the nodes of an area, and infinity where the coast is not lower than the land;
-/// `None` if it is lower nowhere. With `is_far`, hollows that do not lead to the sea are left as low as they are:
+/// `None` if it is lower nowhere. Brooks lower the land's edge, but not by what stands upon the land, `raised_m`. With `is_far`, hollows that do not lead to the sea are left as low as they are:
 /// finding them would take longer than all else.
 pub fn heights(
     fields: &Fields,
     is_far: bool,
     nodes: &Displaced,
     hillsides: &Hillsides,
-    land_m: &[f32],
+    (land_m, raised_m): (&[f32], Option<&[f32]>),
 ) -> Option<Vec<f32>> {
     if !fields.has_sea() {
         return None;
@@ -111,7 +111,7 @@ pub fn heights(
             // Brooks on their way to the sea lower the land's edge to this mean height.
             let left_m = hillsides.rest.as_ref().filter(|_| inland_m > shore_m).map_or(edge_m, |rest| {
                 let risen_m = hillsides.slope[index] * (inland_m - shore_m);
-                fields.sea_level_m() as f32 + rest.risen_m(index, risen_m)
+                fields.sea_level_m() as f32 + rest.risen_m(index, risen_m) + raised_m.map_or(0.0, |all| all[index])
             });
             coast_m[index] = edge_m.min(left_m);
         }
@@ -164,13 +164,13 @@ mod tests {
         for corner in [0, -COAST_STEP, 5 * COAST_STEP - 1, FAR, FAR + COAST_STEP, -FAR - 1] {
             let area = Area::new(corner, -corner, vertices.len(), 1);
             let nodes = Displaced { area, step: 1, metres: [metres.clone(), metres.clone()] };
-            let together = heights(&fields, false, &nodes, &hillsides(high_m.len()), &high_m)
+            let together = heights(&fields, false, &nodes, &hillsides(high_m.len()), (&high_m, None))
                 .expect("land is higher than any coast");
             for (index, expected_m) in together.iter().enumerate() {
                 let area = Area::new(corner + index as i64, -corner, 1, 1);
                 let by = vec![metres[index]];
                 let nodes = Displaced { area, step: 1, metres: [by.clone(), by] };
-                let alone = heights(&fields, false, &nodes, &hillsides(1), &high_m[..1]).expect("likewise");
+                let alone = heights(&fields, false, &nodes, &hillsides(1), (&high_m[..1], None)).expect("likewise");
                 assert_eq!(alone[0], *expected_m, "{} vertices from {area:?}", vertices[index]);
             }
         }

@@ -56,9 +56,9 @@ const LEAST_SKETCHED_CELL: i64 = 2;
 const LEAST_PIECE: i64 = 2;
 const LEAST_SKETCHED_PIECE: i64 = 4;
 
-/// Vertices between samples of the slope of the hills: uplift varies over kilometres only. And nodes between samples,
+/// Vertices between samples of the slope of the hills: bands of rock are a kilometre wide and more. And nodes between samples,
 /// where each node is the mean of whole trunk cells: a cell then holds at least two samples a side.
-pub(super) const SLOPE_STEP: i64 = 32;
+pub(super) const SLOPE_STEP: i64 = 16;
 const FAR_SLOPE_STEP: i64 = 2;
 
 impl Detail {

@@ -11,7 +11,9 @@ use glam::DVec2;
 use super::laws::{LawSource, Laws};
 use super::potential::{Potential, PotentialAtLarge};
 use super::settings::{CoastSettings, FluvialSettings};
+use super::volcanoes::Volcanoes;
 use crate::geography::Geography;
+use crate::geography::rock::Rocks;
 use crate::geometry::{bilinear, length, smooth};
 use crate::grain_point::{AROUND, GRAINS, Point};
 use crate::hash::{self, Stream};
@@ -31,11 +33,15 @@ pub struct Fields {
     potential: Potential,
     /// The source of the laws of each place.
     pub(super) law_source: LawSource,
+    /// The laws, as far as they are the same everywhere.
+    pub(super) everywhere: Laws,
     /// The least and the greatest value of each law over all places.
     bounds: [Laws; 2],
     flood_plain: PointNoise,
     sea: Option<Sea>,
     base_m: f64,
+    /// The volcanoes of a world with a geography.
+    pub(super) volcanoes: Option<Volcanoes>,
 }
 
 #[derive(Debug)]
@@ -188,6 +194,8 @@ impl Fields {
             }
             None => Potential::smooth(noise(basin_m, 2, Stream::Potential)),
         };
+        let datum_m = sea_level_m.unwrap_or(0.0);
+        let everywhere = Laws::everywhere(settings, datum_m);
         Fields {
             settings: settings.clone(),
             metres_a_grain,
@@ -195,9 +203,13 @@ impl Fields {
             potential,
             law_source: match &geography {
                 Some(geography) => LawSource::Geography(Arc::clone(geography)),
-                None => LawSource::Uplift(noise(mask.wavelength_m, mask.octaves, Stream::Uplift)),
+                None => {
+                    let rocks = settings.rock.as_ref().map(|rock| (Rocks::new(metres_a_grain, seed), rock.at_large()));
+                    LawSource::Uplift(noise(mask.wavelength_m, mask.octaves, Stream::Uplift), rocks)
+                }
             },
-            bounds: Laws::bounds(settings, sea_level_m.unwrap_or(0.0), geography.is_some()),
+            bounds: Laws::bounds(settings, everywhere, datum_m, geography.is_some()),
+            everywhere,
             flood_plain: noise(FLOOD_PLAIN_WAVE * settings.trunk_m, 2, Stream::FloodPlain),
             sea: sea_level_m.map(|level_m| Sea {
                 level_m,
@@ -211,6 +223,7 @@ impl Fields {
                 Some(level_m) => level_m + settings.base_m.max(LEAST_LAKE_M),
                 None => settings.base_m,
             },
+            volcanoes: geography.as_ref().map(|_| Volcanoes::new(seed)),
         }
     }
 
@@ -222,7 +235,8 @@ impl Fields {
     /// Returns the caches.
     pub(super) fn memories(&self) -> Vec<&dyn Remembers> {
         let geography = self.geography().into_iter().flat_map(|geography| geography.memories());
-        geography.chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
+        let volcanoes = self.volcanoes.iter().flat_map(Volcanoes::memories);
+        geography.chain(volcanoes).chain(self.sea.iter().map(|sea| &sea.lattice_m as &dyn Remembers)).collect()
     }
 
     /// Returns the metres a grain.
@@ -359,7 +373,7 @@ impl Fields {
     pub fn geography(&self) -> Option<&Geography> {
         match &self.law_source {
             LawSource::Geography(geography) => Some(geography),
-            LawSource::Uplift(_) => None,
+            LawSource::Uplift(..) => None,
         }
     }
 

@@ -4,7 +4,9 @@
 use std::sync::Arc;
 
 use super::fields::{Fields, SECONDS_A_YEAR, WIDEST_TROUGH, most_area};
+use super::rock_laws::{self, RockFactors};
 use super::settings::FluvialSettings;
+use crate::geography::rock::{RockAtLarge, Rocks};
 use crate::geography::{Geography, LEAST_UPLIFT, Setting};
 use crate::geometry::smooth;
 use crate::grain_point::Point;
@@ -47,6 +49,8 @@ pub struct Laws {
     pub old_arms: f64,
     /// Share of the reaches of trunks that are braided where there is room for it.
     pub braids: f64,
+    /// Share of the cells of fine levels that have no brook.
+    pub left_out: f64,
     /// Sand that lies there: 0 outside sand seas, up to 1 where it is deepest.
     pub sand: f64,
 }
@@ -61,8 +65,16 @@ const WORLD_OLD_ARMS: f64 = 0.5;
 const WORLD_BRAIDS: f64 = 0.2;
 const WORLD_MORAINES: f64 = 0.8;
 
-/// Uplift from which on land counts as hilly, and runoff in metres a year from which on it counts as wet.
-const HILLY: f64 = 0.12;
+/// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
+const LEFT_OUT: f64 = 0.15;
+
+/// The same share on plains that ice sheets have left.
+const ICE_LEFT_OUT: f64 = 0.6;
+
+/// Number of the finest levels whose density depends on the rock.
+const ROCK_LEVELS: u32 = 2;
+
+/// Runoff in metres a year from which on land counts as wet.
 const WET_RUNOFF_M: f64 = 0.25;
 
 /// Sand from which on it has buried all hillsides.
@@ -74,9 +86,6 @@ const MOST_RUNOFF_M: f64 = 6.0;
 
 /// Lowest line of ice in metres above the sea that is told from lower ones, which cover all land.
 const LEAST_ICE_M: f64 = -5000.0;
-
-/// Metres of height in which the land passes from that without to that with an ice sheet, in the ice age.
-const ICE_SHEET_M: f64 = 800.0;
 
 /// Share of the root of the uplift in the slopes of rivers in a whole world.
 const PLAINS_RISE: f64 = 0.15;
@@ -94,18 +103,17 @@ const MOST_SPRING: f64 = 0.8;
 /// The source of the laws of each place.
 #[derive(Debug)]
 pub enum LawSource {
-    /// Noise that says how fast the land rises. All else is the same everywhere.
-    Uplift(PointNoise),
+    /// Noise that says how fast the land rises, and the rocks, if they differ. All else is the same everywhere.
+    Uplift(PointNoise, Option<(Rocks, RockAtLarge)>),
     /// The geography of a whole world.
     Geography(Arc<Geography>),
 }
 
 impl Laws {
-    /// Returns the least and the greatest value of each law over all places of a land with these settings, whose
-    /// heights count from a datum in metres. `has_geography` is true for a whole world.
-    pub fn bounds(settings: &FluvialSettings, datum_m: f64, has_geography: bool) -> [Laws; 2] {
-        let [low, high] = settings.hill_slope;
-        let everywhere = Laws {
+    /// Returns the laws of a land with these settings, whose heights count from a datum in metres, as far as they are
+    /// the same everywhere.
+    pub fn everywhere(settings: &FluvialSettings, datum_m: f64) -> Laws {
+        Laws {
             hill_slope: 0.0,
             bed_slope: 0.0,
             channel_slope: settings.channel_slope,
@@ -123,11 +131,20 @@ impl Laws {
             lakes: settings.lakes,
             old_arms: settings.old_arms,
             braids: settings.braids,
+            left_out: LEFT_OUT,
             sand: 0.0,
-        };
+        }
+    }
+
+    /// Returns the least and the greatest value of each law over all places of a land with these settings, given the
+    /// laws that hold [everywhere](Laws::everywhere). `has_geography` is true for a whole world.
+    pub fn bounds(settings: &FluvialSettings, everywhere: Laws, datum_m: f64, has_geography: bool) -> [Laws; 2] {
+        let [low, high] = settings.hill_slope;
         let bound = |hill_slope, uplift| Laws { hill_slope, bed_slope: settings.trunk_slope * uplift, ..everywhere };
+        let (low, high) = (low.min(high), low.max(high));
         if !has_geography {
-            return [bound(low.min(high), settings.uplift.least), bound(low.max(high), 1.0)];
+            let bounds = [bound(low, settings.uplift.least), bound(high, 1.0)];
+            return if settings.rock.is_some() { Laws::bounds_on_rocks(bounds) } else { bounds };
         }
         let of_world = |end: usize, laws: Laws| Laws {
             valley: WORLD_VALLEY[end],
@@ -140,11 +157,34 @@ impl Laws {
             ice_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
             glacier_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
             moraines: WORLD_MORAINES,
+            left_out: [LEFT_OUT, ICE_LEFT_OUT][end],
             sand: [0.0, 1.0][end],
             ..laws
         };
-        let least = bound(low.min(high), mixed_root(LEAST_UPLIFT, PLAINS_RISE));
-        [of_world(0, least), of_world(1, bound(low.max(high), 1.0))]
+        let least = bound(low, mixed_root(LEAST_UPLIFT, PLAINS_RISE));
+        Laws::bounds_on_rocks([of_world(0, least), of_world(1, bound(high, 1.0))])
+    }
+
+    /// Widens the least and the greatest values of laws to those on any rock.
+    fn bounds_on_rocks([least, most]: [Laws; 2]) -> [Laws; 2] {
+        let (low, high) = (least.on(&rock_laws::LEAST), most.on(&rock_laws::MOST));
+        // The more brooks there are, the fewer are left out.
+        let left_out = [least.on(&rock_laws::MOST), most.on(&rock_laws::LEAST)].map(|laws| laws.left_out);
+        [Laws { left_out: left_out[0], ..low }, Laws { left_out: left_out[1], ..high }]
+    }
+
+    /// Returns the laws on a rock with these factors.
+    fn on(self, rock: &RockFactors) -> Laws {
+        Laws {
+            hill_slope: self.hill_slope * rock.hill_slope,
+            bed_slope: self.bed_slope * rock.bed_slope,
+            valley: self.valley * rock.valley,
+            crest_m: self.crest_m * rock.crest_m,
+            gullies: (self.gullies * rock.gullies).min(1.0),
+            rills: (self.rills * rock.gullies).min(1.0),
+            left_out: (1.0 - (1.0 - self.left_out) * rock.brooks).max(0.0),
+            ..self
+        }
     }
 
     /// Returns the slope of a river, by the area that it drains, in cells of the trunk lattice.
@@ -217,11 +257,30 @@ impl Fields {
     /// Returns the [laws](Fields::laws) at any number of points, for callers that know all points beforehand.
     pub fn all_laws(&self, points: &[Point]) -> Vec<Laws> {
         match &self.law_source {
-            LawSource::Uplift(noise) => noise.at_all(points).into_iter().map(|noise| self.laws_by(noise)).collect(),
+            LawSource::Uplift(noise, rocks) => {
+                let laws = noise.at_all(points).into_iter().map(|noise| self.laws_by(noise));
+                let Some((rocks, country)) = rocks else { return laws.collect() };
+                let wet = smooth(self.settings().runoff_m / WET_RUNOFF_M);
+                let rocks = rocks.at_all(points, &vec![*country; points.len()]);
+                laws.zip(rocks).map(|(laws, rock)| laws.on(&RockFactors::new(&rock, wet))).collect()
+            }
             LawSource::Geography(geography) => {
-                geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect()
+                let mut laws: Vec<Laws> =
+                    geography.settings_at(points).iter().map(|setting| self.laws_of(setting)).collect();
+                self.shape_by_volcanoes(points, &mut laws);
+                laws
             }
         }
+    }
+
+    /// Tells whether the cell of a level with this head has no channel, by a chance from 0 to 1.
+    pub(super) fn leaves_out(&self, level: u32, head: Point, chance: f64) -> bool {
+        // Rock decides where brooks begin. Larger rivers come from further away, and cross any rock.
+        if level + ROCK_LEVELS < self.levels() {
+            return chance < LEFT_OUT;
+        }
+        let [least, most] = [self.least_laws(), self.most_laws()].map(|laws| laws.left_out);
+        chance < most && (chance < least || chance < self.laws(head).left_out)
     }
 
     /// Returns the laws where the uplift's noise has this value: the land rises at a rate from `uplift.least` to 1.
@@ -229,11 +288,12 @@ impl Fields {
         let FluvialSettings { uplift, hill_slope: [low, high], trunk_slope, .. } = self.settings();
         let t = ((noise - uplift.mask.from) / (uplift.mask.to - uplift.mask.from)).clamp(0.0, 1.0);
         let uplift = uplift.least + (1.0 - uplift.least) * t * t * (3.0 - 2.0 * t);
-        Laws { hill_slope: low + (high - low) * uplift, bed_slope: trunk_slope * uplift, ..*self.most_laws() }
+        Laws { hill_slope: low + (high - low) * uplift, bed_slope: trunk_slope * uplift, ..self.everywhere }
     }
 
     /// Returns the laws of a place of a whole world.
-    fn laws_of(&self, Setting { land, climate, sand }: &Setting) -> Laws {
+    fn laws_of(&self, setting: &Setting) -> Laws {
+        let Setting { land, rock, climate, sand } = setting;
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
         // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
@@ -241,10 +301,13 @@ impl Fields {
         let steepness = mixed_root(land.uplift, 0.5) * (1.0 - buried);
         let bed_slope = trunk_slope * mixed_root(land.uplift, PLAINS_RISE);
         let planned_m = land.planned_m().max(0.0);
+        // Under an ice sheet nothing runs: its ice goes to the sea.
+        let under_ice = setting.is_under_ice();
         let runoff_m = climate.runoff_m(planned_m).clamp(LEAST_RUNOFF_M, MOST_RUNOFF_M);
-        let (wet, flat) = (smooth(runoff_m / WET_RUNOFF_M), 1.0 - smooth(land.uplift / HILLY));
-        // Ice has scoured hollows where it once lay thick on the land.
-        let iced_over = smooth(0.5 - (climate.ice_age_snow_line_m() - planned_m) / ICE_SHEET_M);
+        let runoff_m = runoff_m + (LEAST_RUNOFF_M - runoff_m) * smooth(2.0 * under_ice);
+        let (wet, flat) = (smooth(runoff_m / WET_RUNOFF_M), land.flatness());
+        // Ice has scoured hollows where it once lay thick on the land, and left no order in its brooks.
+        let iced_over = setting.was_under_ice();
         let between = |[least, most]: [f64; 2], share: f64| least + (most - least) * share;
         Laws {
             hill_slope: low + (high - low) * steepness,
@@ -254,12 +317,15 @@ impl Fields {
             glacier_m: climate.snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
             gullies: between(WORLD_GULLIES, (1.0 - wet) * (1.0 - buried)),
             runoff_m,
-            lakes: wet * between(WORLD_LAKES, iced_over),
+            lakes: wet * between(WORLD_LAKES, iced_over) * (1.0 - under_ice),
+            left_out: LEFT_OUT + (ICE_LEFT_OUT - LEFT_OUT) * iced_over * flat,
             old_arms: wet * flat * WORLD_OLD_ARMS,
             braids: flat * WORLD_BRAIDS,
             levees: flat,
+            moraines: WORLD_MORAINES,
             sand: *sand,
-            ..*self.most_laws()
+            ..self.everywhere
         }
+        .on(&RockFactors::new(rock, wet))
     }
 }

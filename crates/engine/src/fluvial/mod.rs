@@ -10,7 +10,8 @@
 //!                     valleys: the lowest valley side at each vertex
 //!                                   |
 //!                                   v
-//!                     gullies, moraines, barriers, glaciers, coast, breaches, strata, ceiling, beds
+//!                     gullies, moraines, barriers, cones of volcanoes, glaciers, coast, breaches, strata,
+//!                     ceiling, beds, dunes, small forms of the ground, ice sheets
 //!                                   |
 //!                                   v
 //!                     Land: heights and water
@@ -21,21 +22,23 @@
 //! on its whole basin, which is flooded and cached. The function `input` beside each stage returns the area that the
 //! stage reads to make an area.
 //!
-//! The modules, in the order of that diagram: `potential`, `fields`, `laws` and `strata_and_ceiling` hold the laws.
-//! `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`,
-//! `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their oxbows and side arms.
-//! `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the beds of all.
-//! `network` finds channels with their
-//! `cross_section`s and `segment`s by place. `warp`, `valley`, `valley_side`, `hillsides`, `gullies`, the `stamp`s
-//! (`moraine`, `barrier` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them, as `stages`
-//! asks for them in the `detail` that nodes can show. `rivers` and `strahler` know whole rivers, and `survey` measures
-//! the land for planning roads. At coarse strides, `brook_relief` is the mean relief of brooks too fine to show, and
-//! `node_means` averages finer nodes where even trunks are too fine.
+//! The modules, in the order of that diagram: `potential`, `fields`, `laws`, `rock_laws`, `volcanoes` and
+//! `strata_and_ceiling` hold the laws. `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest
+//! rivers; `trunk_curve`, `meander`, `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their
+//! oxbows and side arms. `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the
+//! beds of all. `network` finds channels with their `cross_section`s and `segment`s by place. `warp`, `valley`,
+//! `valley_side`, `hillsides`, `gullies`, the `stamp`s (`moraine`, `barrier`, `volcanic_cones` and `glacier`), `coast`,
+//! `skerries`, `breach` and `water` make rasters of them, as `stages` asks for them in the `detail` that nodes can show.
+//! On `free_ground`, `dunes` and `ground_forms` rise upon these, and an `ice_sheet` buries them. `rivers` and `strahler`
+//! know whole rivers, and `survey` measures the land for planning roads. At coarse strides, `brook_relief` is the mean
+//! relief of brooks too fine to show, and `node_means` averages finer nodes where even trunks are too fine.
 
 pub mod settings;
 mod potential;
 pub mod laws;
+mod rock_laws;
 pub mod fields;
+pub mod volcanoes;
 mod strata_and_ceiling;
 mod plane;
 mod course_offsets;
@@ -68,10 +71,14 @@ mod gullies;
 mod stamp;
 mod moraine;
 mod glacier;
+mod volcanic_cones;
 mod coast;
 mod skerries;
 mod breach;
 mod dunes;
+mod free_ground;
+mod ground_forms;
+mod ice_sheet;
 mod water;
 mod node_means;
 mod stages;
@@ -85,7 +92,7 @@ use std::sync::Arc;
 use crate::area::{Area, Stride};
 use crate::clock::{Clock, stage};
 use crate::geography::Geography;
-use crate::grain_point::Point;
+use crate::grain_point::{Point, overlap, padded};
 use crate::hash::{self, Stream};
 use crate::land::Land;
 use crate::memory::Remembers;
@@ -97,6 +104,7 @@ pub use dunes::COVERS as SAND_COVERS;
 use dunes::Dunes;
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
+use ground_forms::GroundForms;
 use gullies::Gullies;
 use moraine::Moraines;
 use network::Network;
@@ -105,6 +113,8 @@ use rivers::RiverMemories;
 use settings::FluvialSettings;
 use skerries::Skerries;
 use strata_and_ceiling::Lift;
+use volcanic_cones::VolcanicCones;
+use volcanoes::Volcano;
 use warp::Warp;
 use water::LAKE_DEPTH;
 
@@ -126,8 +136,10 @@ pub struct Fluvial {
     skerries: Option<Skerries>,
     moraines: Option<Moraines>,
     barriers: Option<Barriers>,
+    cones: Option<VolcanicCones>,
     glaciers: Option<Glaciers>,
     dunes: Option<Dunes>,
+    ground_forms: Option<GroundForms>,
     lift: Lift,
     rivers: RiverMemories,
     names: Option<Names>,
@@ -200,8 +212,10 @@ impl Fluvial {
             skerries: Skerries::new(&fields, seed).filter(|_| shows(SMALL_M)),
             moraines: Moraines::new(&fields, seed).filter(|_| shows(SMALL_M)),
             barriers: Barriers::new(&fields, seed).filter(|_| shows(SMALL_M)),
+            cones: VolcanicCones::new(&fields, seed),
             glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
             dunes: Dunes::new(&fields, seed),
+            ground_forms: GroundForms::new(&fields, seed),
             lift: Lift::new(&fields, seed),
             rivers: RiverMemories::default(),
             names,
@@ -245,6 +259,17 @@ impl Fluvial {
     /// Returns the network of channels, as it is before the warp.
     pub fn network(&self) -> &Network {
         &self.network
+    }
+
+    /// Returns the volcanoes whose middles lie in a rectangle of the world, given by its corners. Their middles are
+    /// those in the world.
+    pub fn volcanoes(&self, rectangle: [Point; 2]) -> Vec<Volcano> {
+        let of_network = self.fields.volcanoes_in(padded(
+            rectangle,
+            self.warp.most_m()[0].max(self.warp.most_m()[1]) / self.fields.metres_a_grain(),
+        ));
+        let in_world = of_network.into_iter().map(|own| Volcano { middle: self.in_world(own.middle), ..own });
+        in_world.filter(|own| overlap([own.middle; 2], rectangle)).collect()
     }
 
     /// Returns the bounds of all heights: (lowest, highest) in metres.

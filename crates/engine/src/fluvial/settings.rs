@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::geography::rock::RockAtLarge;
 use crate::recipe::fault::{Fault, KeyPath};
 use crate::recipe::mask::Mask;
 
@@ -92,6 +93,9 @@ pub struct FluvialSettings {
     pub knee: f64,
     /// Layers of rock, which show as cliffs and benches. Default: none.
     pub strata: Option<Strata>,
+    /// The rocks of the land, which change its slopes, floors, crests, gullies and brooks from place to place. A world
+    /// with a `geography` has its own. Default: one rock everywhere.
+    pub rock: Option<RockSettings>,
     /// Rain that runs off, in metres a year, 0.01 to 10. Default: 0.8.
     #[schemars(range(min = 0.01, max = 10))]
     pub runoff_m: f64,
@@ -151,6 +155,7 @@ impl Default for FluvialSettings {
             ceiling_m: 4800.0,
             knee: 0.6,
             strata: None,
+            rock: None,
             runoff_m: 0.8,
             river_width_m: RIVER_WIDTH_M,
             spring_m3s: 0.05,
@@ -194,6 +199,45 @@ pub struct Strata {
     #[schemars(range(min = 0.05, max = 0.95))]
     #[serde(default = "half")]
     pub cliff: f64,
+}
+
+/// The rocks of a land: their shares, and the folds of the layered ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RockSettings {
+    /// Part of massive rock (granite and gneiss): steep, with few brooks; 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub massive: f64,
+    /// Part of layered rock: bands of hard beds, which stand steep, and of soft ones, which are low; 0 to 1.
+    /// Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub layered: f64,
+    /// Part of volcanic rock: somewhat like massive rock; 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub volcanic: f64,
+    /// Part of soft rock (clay, marl and till): low and wide where it rains, and full of gullies where it is dry;
+    /// 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub soft: f64,
+    /// Height of the folds of layered rock, as a share of those in a young range: bands are wide where there are none,
+    /// and narrow and parallel where they are high; 0 to 1. Default: 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub folded: f64,
+}
+
+impl Default for RockSettings {
+    fn default() -> RockSettings {
+        RockSettings { massive: 0.0, layered: 0.0, volcanic: 0.0, soft: 0.0, folded: 0.0 }
+    }
+}
+
+impl RockSettings {
+    /// Returns the rock of the land at large. The parts need not add up to 1.
+    pub(super) fn at_large(&self) -> RockAtLarge {
+        let parts = [self.massive, self.layered, self.volcanic, self.soft];
+        let all: f64 = parts.iter().sum();
+        RockAtLarge { shares: parts.map(|part| part / all), folded: self.folded, across_km: 0.0 }
+    }
 }
 
 fn half() -> f64 {
@@ -266,6 +310,12 @@ impl FluvialSettings {
             path.key("basin_m").times(basin_m, 2.0..=512.0, ("trunk_m", self.trunk_m))?;
         }
         self.uplift.mask.check(&path.key("uplift").key("mask"), spacing_m)?;
+        if let Some(RockSettings { massive, layered, volcanic, soft, .. }) = self.rock
+            && massive + layered + volcanic + soft <= 0.0
+        {
+            let message = "the land has no rock at all";
+            return Err(path.key("rock").fault(message, "give massive, layered, volcanic or soft a part above 0"));
+        }
         let widest_m = self.trunk_m / 8.0;
         path.key("lake_m").at_most(self.lake_m.unwrap_or(0.0), widest_m, "an eighth of trunk_m")
     }

@@ -6,6 +6,7 @@ use super::coast;
 use super::detail::Detail;
 use super::gullies::{self, Gullies};
 use super::hillsides::Hillsides;
+use super::ice_sheet;
 use super::moraine;
 use super::segment::{Reach, Segments};
 use super::skerries::AreaSkerries;
@@ -79,7 +80,8 @@ impl Fluvial {
         Ok(Carved { nodes, hillsides, valleys })
     }
 
-    /// Adds the stages after valleys and gullies: moraines, barriers, glaciers, coast, breaches and water.
+    /// Adds the stages after valleys and gullies: moraines, barriers, volcanoes, glaciers, coast, breaches,
+    /// water, dunes, small forms and ice sheets.
     fn fill_in(
         &self,
         segments: &Segments,
@@ -95,12 +97,16 @@ impl Fluvial {
         if let Some(barriers) = &self.barriers {
             clock.time(stage::BARRIERS, || barriers.raise(segments, &nodes, &mut valleys, clock))??;
         }
+        let mut raised_m = None;
+        if let Some(cones) = &self.cones {
+            raised_m = clock.time(stage::CONES, || cones.raise(segments, &nodes, &mut valleys, clock))??;
+        }
         let mut ice_m = None;
         if let Some(glaciers) = &self.glaciers {
             ice_m = Some(clock.time(stage::GLACIERS, || glaciers.ice_m(segments, &nodes, &valleys, clock))??);
         }
         let coast_m = clock.time(stage::COAST, || {
-            coast::heights(&self.fields, detail.is_far, &nodes, &hillsides, &valleys.height_m)
+            coast::heights(&self.fields, detail.is_far, &nodes, &hillsides, (&valleys.height_m, raised_m.as_deref()))
         })?;
         if detail.breaches {
             clock.time(stage::BREACHES, || self.breach(nodes.area, segments, coast_m.as_deref(), &mut valleys))?;
@@ -110,9 +116,14 @@ impl Fluvial {
         if let Some(dunes) = self.dunes.as_ref().filter(|_| hillsides.sand.any()) {
             clock.time(stage::DUNES, || dunes.raise(&self.fields, segments, &nodes, &mut land, clock))??;
         }
+        if let Some(forms) = &self.ground_forms {
+            let shape = || forms.shape(&self.fields, segments, &nodes, &mut land, clock);
+            clock.time(stage::GROUND_FORMS, shape)??;
+        }
         if let Some(water) = &mut land.water {
             water.ice_m = ice_m.map(|ice_m| ice_m.part(area));
         }
+        clock.time(stage::ICE_SHEETS, || ice_sheet::bury(&self.fields, &nodes, &mut land))?;
         Ok(land)
     }
 

@@ -117,7 +117,9 @@ impl Tributaries {
     fn make_free(&self, id: ChannelId, above: &impl AsksAbove) -> Option<Arc<Channel>> {
         let course = self.courses.of(id, above)?;
         let surroundings = self.surroundings(id, [course.end.shore, course.head], above);
-        Some(Arc::new(measured(&self.fields, self.tributary(id, &course, &surroundings))))
+        let mut channel = self.tributary(id, &course, &surroundings);
+        self.sink_in(&mut channel, above);
+        Some(Arc::new(measured(&self.fields, channel)))
     }
 
     /// Returns the surroundings of a tributary with this shore and this head.
@@ -169,6 +171,32 @@ impl Tributaries {
             );
         }
         channel
+    }
+
+    /// Lets the water of a tributary sink into the ground of volcanoes: where it runs there and above, and everywhere if it
+    /// joins a channel that is dry because of that.
+    fn sink_in(&self, channel: &mut Channel, above: &impl AsksAbove) {
+        // No tributary is as long as the distance up to which these are known.
+        let volcanoes = self.fields.volcanoes_near(channel.knots[0].at);
+        if volcanoes.is_empty() {
+            return;
+        }
+        let foot = channel.mouth_knot().at;
+        let is_porous = |at: Point| volcanoes.iter().any(|volcano| volcano.is_porous(&self.fields, at));
+        let joins_dry = || match channel.mouth {
+            Mouth::Channel(id) => {
+                above.channel(id).is_some_and(|joined| !self.fields.holds_water(joined.discharge_near_m3s(foot)))
+            }
+            _ => false,
+        };
+        let dry = match is_porous(foot) || joins_dry() {
+            true => channel.knots.len(),
+            // No water comes from above a dry stretch.
+            false => channel.knots.iter().rposition(|knot| is_porous(knot.at)).map_or(0, |last| last + 1),
+        };
+        for knot in &mut channel.knots[..dry] {
+            knot.discharge_m3s = 0.0;
+        }
     }
 
     /// Tells whether the tributary of a cell has a lake, provided that the tributary and room for the lake exist. Dry

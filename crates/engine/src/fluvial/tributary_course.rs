@@ -68,9 +68,6 @@ const BESIDE_WAYS: f64 = 2.0 * NEEDLE / (1.0 - 2.0 * NEEDLE);
 /// Side of a [`TributaryPage`] in cells.
 const PAGE: i64 = 8;
 
-/// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
-const LEFT_OUT: f64 = 0.15;
-
 /// Least slope of a valley's side at which a dry brook begins, as a share of the side's slope further up: the minimum
 /// and the addition by chance. On a flood plain a dry brook would be a scratch that leads nowhere. Chosen by eye.
 const FLAT: (f64, f64) = (0.25, 0.15);
@@ -89,6 +86,9 @@ const UNDER: f64 = 0.65;
 
 /// Tolerance in metres: a channel beside the end of a tributary may stand this much higher than [`UNDER`] allows.
 const BESIDE_M: f64 = 0.5;
+
+/// Places of a way, its end among them, at which the ground of volcanoes is looked for.
+const VOLCANO_PLACES: u32 = 8;
 
 /// Margin along each edge of a cell in which no head lies, as a share of the cell's side, and the share between the
 /// margins. Chosen by eye.
@@ -351,10 +351,24 @@ impl Courses {
             let known = above.above(id.0, head.square(known(&self.fields, id.0)), ChannelPart::Lines);
             let node = (id.1, id.2);
             let (direct, aslant) = self.ends(id.0, node, head, &known, above)?;
+            let (direct, aslant) = self.off_volcanoes(head, (direct, aslant))?;
             let draft = Draft { cell: node, head, direct, aslant, bounds: [head; 2] };
             Some(Draft { bounds: draft.around(self.most_aside(id)), ..draft })
         };
         cell.draft.get_or_init(draft).as_ref()
+    }
+
+    /// Returns the ends of ways that do not lead from a head outside a volcano into its porous ground, where no water
+    /// runs on.
+    fn off_volcanoes(&self, head: Point, (direct, aslant): Ends) -> Option<Ends> {
+        let near = self.fields.volcanoes_near(head);
+        let is_porous = |at: Point| near.iter().any(|volcano| volcano.is_porous(&self.fields, at));
+        if near.is_empty() || is_porous(head) {
+            return Some((direct, aslant));
+        }
+        let places = (1..=VOLCANO_PLACES).map(|place| f64::from(place) / f64::from(VOLCANO_PLACES));
+        let is_dry = |end: &TributaryEnd| places.clone().any(|share| is_porous(head.towards(end.foot, share)));
+        (!is_dry(&direct)).then(|| (direct, aslant.filter(|end| !is_dry(end))))
     }
 
     /// Returns the largest distance of a cell's channel from its straight course, as a share of the course's length.
@@ -366,13 +380,11 @@ impl Courses {
     /// out.
     pub fn head(&self, (level, x, y): ChannelId) -> Option<Point> {
         let (side, seed) = (self.fields.side(level), hash::network_level(self.seed, level));
-        if chance(seed, (x, y), Draw::Choice, 0) < LEFT_OUT {
-            return None;
-        }
         // The head keeps off the edges of its cell, so that heads of neighbouring cells stay apart.
         let corner = Point { x: x * side, y: y * side };
         let offset = |axis| (EDGE + INNER * chance(seed, (x, y), Draw::Head, axis)) * side as f64;
-        Some(corner.moved(DVec2::new(offset(0), offset(1))))
+        let head = corner.moved(DVec2::new(offset(0), offset(1)));
+        (!self.fields.leaves_out(level, head, chance(seed, (x, y), Draw::Choice, 0))).then_some(head)
     }
 
     /// Returns the possible ends of the tributary of a cell, given the segments of the levels above around its head.

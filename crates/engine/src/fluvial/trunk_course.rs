@@ -21,7 +21,7 @@ use super::lake::{self, Hollow, NO_LAKE};
 use super::meander::{self, CONFINED_TURN, LinePlace, MOST_TURN, Meander, WAVE_WIDTHS, meander_width};
 use super::plane::lines;
 use super::segment::{LEVEL, Segment, segments_of};
-use super::trunk_curve::{BULGE, bend_share, curve, directions, too_close};
+use super::trunk_curve::{BULGE, VOLCANO_FALL, bend_share, curve, directions, head_m, too_close};
 use super::trunk_lattice::{Drained, LEAST_SLOPE, Look, NodeId, Trunks, neighbours};
 use crate::geometry::{LineSegment, lerp, smooth};
 use crate::grain_point::{self, Point, chance};
@@ -129,8 +129,10 @@ impl TrunkCourses {
         if here.sea {
             return None;
         }
-        let Drained { to, sea_at, area, discharge_m3s, level_m, .. } = nodes.drained(id);
+        let Drained { to, sea_at, area, discharge_m3s, .. } = nodes.drained(id);
         let (to, fields) = (to?, &self.fields);
+        // From so far away, all of a volcano's trunk counts as dry.
+        let discharge_m3s = if fields.volcano_at(id).is_some() { 0.0 } else { discharge_m3s };
         let knot =
             |at: Point, level_m: f64| Knot { at, level_m, area: f64::from(area), discharge_m3s, pool_m: NO_LAKE };
         let (from, there) = (here.at, nodes.node(to));
@@ -138,6 +140,8 @@ impl TrunkCourses {
             Some(share) => knot(from.towards(there.at, share), fields.lowstand_level_m()),
             None => knot(there.at, nodes.drained(to).level_m),
         };
+        let length_m = from.distance(end.at) * fields.metres_a_grain();
+        let level_m = head_m(fields, nodes, id, end.level_m + VOLCANO_FALL * length_m);
         let mouth = if sea_at.is_some() || there.sea { Mouth::Sea } else { Mouth::Channel((0, to.0, to.1)) };
         let trunk = Channel::new((0, id.0, id.1), vec![knot(from, level_m), end], mouth, fields.laws(from));
         Some(measured(fields, trunk))

@@ -9,6 +9,7 @@ use super::fields::Fields;
 use super::lake::NO_LAKE;
 use super::plane::{come_along, lines, unit};
 use super::trunk_lattice::{Drained, Look, NodeId, neighbours};
+use super::volcanoes::VolcanoKind;
 use crate::geometry::LineSegment;
 use crate::grain_point::Point;
 
@@ -25,6 +26,9 @@ const TANGENT: f64 = 0.8;
 
 /// Area that drains through a spring, in cells of the trunk lattice: a quarter of the spring's own cell. Chosen by eye.
 const SPRING_AREA: f64 = 0.25;
+
+/// Greatest mean slope of the trunk that begins at a volcano: a little less than that of the land around.
+pub const VOLCANO_FALL: f64 = 0.065;
 
 /// Greatest sideways bulge of a trunk, as a share of its length: a bound for the cubic.
 pub const BULGE: f64 = 0.2;
@@ -53,8 +57,9 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let dry = drained.sea_at.unwrap_or(1.0);
     let in_bay = drained.sea_at.is_some() && !there.sea;
     let below_m = if drained.sea_at.is_some() { fields.lowstand_level_m() } else { below.level_m };
-    let fall_m = drained.level_m - below_m;
     let length_m = straight.length() * fields.metres_a_grain();
+    let head_m = head_m(fields, nodes, id, below_m + VOLCANO_FALL * length_m * drained.sea_at.unwrap_or(1.0));
+    let fall_m = head_m - below_m;
     // The area of the node's own cell, and what runs off it, are added along the way.
     let laws = fields.laws(here.at);
     let area_above = (drained.area as f64 - 1.0).max(SPRING_AREA);
@@ -62,17 +67,22 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let above_m3s = (drained.discharge_m3s - own_m3s).max(SPRING_AREA * own_m3s);
     let tangents = [start, end].map(|tangent| tangent * TANGENT * bend);
     let ways = even(segments, |t| hermite(straight, tangents, t));
+    let volcano = fields.volcano_at(id).filter(|volcano| volcano.kind != VolcanoKind::Caldera);
     let knot = |step: usize| {
         let t = step as f64 / segments as f64;
         let fallen = (t / dry).min(1.0);
         // On the floor of the sea the bed goes on falling a little.
         let drowned_m = (t - dry).max(0.0) * length_m * DROWNED_SLOPE;
         let area = area_above + (drained.area as f64 - area_above) * t;
+        let at = here.at.moved(ways[step]);
+        // The rain sinks into the volcano at which this trunk begins, unless it comes from the floor of a caldera.
+        let is_dried = volcano.as_ref().is_some_and(|volcano| volcano.is_porous(fields, at));
+        let flows = if is_dried { 0.0 } else { 1.0 };
         Knot {
-            at: here.at.moved(ways[step]),
-            level_m: drained.level_m - fall_m * fallen - drowned_m,
+            at,
+            level_m: head_m - fall_m * fallen - drowned_m,
             area,
-            discharge_m3s: above_m3s + (drained.discharge_m3s - above_m3s) * t,
+            discharge_m3s: flows * (above_m3s + (drained.discharge_m3s - above_m3s) * t),
             pool_m: NO_LAKE,
         }
     };
@@ -86,6 +96,18 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     let mut trunk = Channel::new((0, id.0, id.1), knots, mouth, laws);
     trunk.next = next;
     Some(trunk)
+}
+
+/// Returns the height in metres of a trunk's bed at its upper node. A volcano stands as high as all nodes around it, but
+/// no higher than `most_m`: nothing flows to it, so this concerns its own trunk alone.
+pub fn head_m(fields: &Fields, nodes: &Look, id: NodeId, most_m: f64) -> f64 {
+    let own_m = nodes.drained(id).level_m;
+    if fields.volcano_at(id).is_none() {
+        return own_m;
+    }
+    let around = neighbours(id).filter(|other| !nodes.node(*other).sea);
+    let highest_m = around.map(|other| nodes.drained(other).level_m).fold(own_m, f64::max);
+    highest_m.min(most_m).max(own_m)
 }
 
 /// Returns the directions in which the trunk from `id` to `to` leaves the one and arrives at the other, each as long as

@@ -244,6 +244,10 @@ impl Look<'_> {
                 // crosses between them.
                 let larger = flood[first..].iter().copied().find_map(|larger| {
                     let other = basin.nodes[larger].0;
+                    // Nothing flows through a volcano.
+                    if self.fields.volcano_at(other).is_some() {
+                        return None;
+                    }
                     let beside = (id.0 - other.0).abs() + (id.1 - other.1).abs() == 1;
                     let way = beside.then(|| self.way(id, other)).filter(|way| way.sea_at.is_none());
                     way.map(|way| (larger, way.least))

@@ -138,6 +138,9 @@ impl TrunkNodes {
     fn make_nodes(&self, patch: NodePatch) -> Vec<TrunkNode> {
         let side = self.fields.side(0);
         let place = |id: NodeId| {
+            if let Some(volcano) = self.fields.volcano_at(id) {
+                return volcano.middle;
+            }
             let offset = |axis| 0.5 + 2.0 * JITTER * (chance(self.seed, id, Draw::Head, axis) - 0.5);
             let corner = Point { x: id.0 * side, y: id.1 * side };
             corner.moved(DVec2::new(offset(0), offset(1)) * side as f64)
@@ -163,7 +166,8 @@ impl TrunkNodes {
             let mean = differences.iter().map(|difference| difference.abs()).sum::<f64>() / AROUND.len() as f64;
             let off = WANDER * mean * (2.0 * chance(self.seed, id, Draw::Wander, 0) - 1.0);
             // Land beside the sea drains into it.
-            TrunkNode { height: (node.potential + off).max(sea_potential), ..node }
+            let rise = self.fields.volcanic_rise(id, node.at);
+            TrunkNode { height: (node.potential + off).max(sea_potential) + rise, ..node }
         };
         (0..).zip(nodes_of(patch)).map(wandering).collect()
     }

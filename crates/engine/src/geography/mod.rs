@@ -2,12 +2,16 @@
 //!
 //! ```text
 //! plates, noise --> land at large: continent, uplift, youth     on a lattice of its own, 8 km on Earth
-//!                          |
+//!                          |          |
+//!                          |          v
+//!                          |        rock: its kind, its beds     at each place
 //!                          v
 //!                   planned heights, latitude --> climate        on a lattice of its own, 32 km
 //!                                                    |
 //!                                                    v
 //!                                               biome, sand
+//!
+//! land and biomes at coarse nodes --> realms: continents, seas, islands, deserts, plains, ranges
 //! ```
 //!
 //! Everything is a pure function of the seed and of the place. Nothing here depends on rivers or on finished heights:
@@ -18,11 +22,15 @@ mod sand;
 mod turned_noise;
 mod plates;
 mod spline;
+pub mod rock;
 pub mod biome;
 pub mod climate;
+pub mod realms;
 
 use climate::{Climate, PlaceClimate, PlannedLand};
 use plates::Plates;
+use realms::Realms;
+use rock::{BedsLie, RockAtLarge, RockAtPlace, Rocks};
 use sand::SandSeas;
 use settings::GeographySettings;
 use spline::SplineLattice;
@@ -36,6 +44,9 @@ use crate::noise::point_noise::PointField;
 
 /// Grains from node to node of the land at large, as a share of a plate's side: 8 km on Earth.
 const LAND_STEP: f64 = 1.0 / 200.0;
+
+/// Number of numbers of the land at large.
+const LAND_NUMBERS: usize = 6;
 
 /// Bytes for the land at large: a square of 8,000 km on Earth.
 const LAND_BYTES: usize = 24 << 20;
@@ -71,6 +82,10 @@ const COAST_GAIN: f64 = 0.75;
 const RANGES: f64 = 0.072;
 const SWING: f64 = 1.6;
 
+/// Volcanism of arcs of islands, of the fronts of volcanoes beside oceans, and of rifts, by their strengths. Chosen by
+/// eye: on maps of the volcanoes of several seeds.
+const VOLCANISM: [f64; 3] = [2.0, 1.6, 2.0];
+
 /// Places a side of the square, and its side in cells of continents, by which the sea is given its share of the world.
 const SAMPLES: i64 = 64;
 const SAMPLED: f64 = 4.0;
@@ -90,17 +105,21 @@ pub struct Geography {
     arcs: TurnedNoise,
     /// Number of `continent` where the sea begins, before it is taken off.
     sea: f64,
-    land: SplineLattice<4>,
+    land: SplineLattice<LAND_NUMBERS>,
+    rocks: Rocks,
     climate: Climate,
     climates: SplineLattice<5>,
+    realms: Realms,
     sand_seas: SandSeas,
 }
 
-/// The land and the climate of a place at large.
+/// The land, the rock and the climate of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     /// The land.
     pub land: LandAtLarge,
+    /// The rock.
+    pub rock: RockAtPlace,
     /// The climate.
     pub climate: PlaceClimate,
     /// Sand that lies there: 0 outside sand seas, and up to 1 in the middle of large ones.
@@ -118,6 +137,12 @@ pub struct LandAtLarge {
     pub youth: f64,
     /// Strength of a rift, from 0 to 1.
     pub rift: f64,
+    /// Distance across the nearest border between plates, in sides of a plate, negative on one side of the border: the
+    /// ranges of a belt run along its lines.
+    pub across: f64,
+    /// Strength of volcanism, from 0 to 1: in arcs of islands, inland of a shore where an ocean's plate sinks under it,
+    /// and in rifts.
+    pub volcanism: f64,
 }
 
 impl Geography {
@@ -141,8 +166,10 @@ impl Geography {
             arcs: noise(5, ARC_WAVE * plate, 2, 0.5),
             sea: 0.0,
             land: SplineLattice::new(LAND_STEP * plate, LAND_BYTES),
+            rocks: Rocks::new(metres_a_grain, seed),
             climate: Climate::new(settings, metres_a_grain),
             climates: SplineLattice::new(CLIMATE_STEP * grains(settings.pole_km), CLIMATE_BYTES),
+            realms: Realms::new(settings, metres_a_grain, seed),
             sand_seas: SandSeas::new(metres_a_grain, seed),
         };
         // The coasts' noise depends on where the shore is, so each guess improves the one before.
@@ -159,7 +186,7 @@ impl Geography {
 
     /// Returns the caches.
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
-        vec![self.land.memory(), self.climates.memory()]
+        [&[self.land.memory(), self.climates.memory()][..], &self.realms.memories()].concat()
     }
 
     /// Returns the number of `continent` that a share of the places within a square around the origin exceeds; 0 if
@@ -175,17 +202,23 @@ impl Geography {
 
     /// Returns the land of places at large.
     pub fn land_at_large(&self, places: &[Point]) -> Vec<LandAtLarge> {
-        let nodes = self.land.at_all(places, |nodes| self.nodes(nodes));
-        nodes
-            .into_iter()
-            .map(|[continent, uplift, youth, rift]| LandAtLarge { continent, uplift, youth, rift })
-            .collect()
+        self.land.at_all(places, |nodes| self.nodes(nodes)).into_iter().map(LandAtLarge::of).collect()
     }
 
     /// Returns [`LandAtLarge::continent`] at places.
     pub fn continents<const M: usize>(&self, places: [Point; M]) -> [f64; M] {
         let mut nodes = self.land.at_all(&places, |nodes| self.nodes(nodes)).into_iter();
         places.map(|_| nodes.next().expect("there is one for each place")[0])
+    }
+
+    /// Returns the land of places that lie far from each other: exact, where [`Geography::land_at_large`] is smoothed.
+    pub(crate) fn land_apart(&self, places: &[Point]) -> Vec<LandAtLarge> {
+        self.nodes(places).into_iter().map(|node| LandAtLarge::of(node.map(f64::from))).collect()
+    }
+
+    /// Returns the climate of a single place far from all others, exact likewise.
+    pub(crate) fn climate_apart(&self, at: Point) -> PlaceClimate {
+        self.climate.at_all(&[at], &LandApart(self))[0]
     }
 
     /// Returns the climates of places.
@@ -204,11 +237,43 @@ impl Geography {
         nodes.into_iter().map(of).collect()
     }
 
-    /// Returns the land, the climates and the sand of places.
+    /// Returns the rock of places, given the land there.
+    pub fn rocks(&self, places: &[Point], land: &[LandAtLarge]) -> Vec<RockAtPlace> {
+        let countries: Vec<RockAtLarge> = land.iter().map(|land| self.country(land)).collect();
+        self.rocks.at_all(places, &countries)
+    }
+
+    /// Returns strike and dip of the beds of a place, given the land there.
+    pub fn beds_lie(&self, at: Point, land: &LandAtLarge) -> BedsLie {
+        self.rocks.beds_lie(at, self.country(land))
+    }
+
+    /// Returns the land, the rock, the climates and the sand of places.
     pub fn settings_at(&self, places: &[Point]) -> Vec<Setting> {
-        let both = places.iter().zip(self.land_at_large(places).into_iter().zip(self.climates(places)));
-        let sand = |at: Point, land: &LandAtLarge, climate: &PlaceClimate| self.sand_seas.sand(at, land, climate);
-        both.map(|(at, (land, climate))| Setting { land, climate, sand: sand(*at, &land, &climate) }).collect()
+        let land = self.land_at_large(places);
+        let rocks = self.rocks(places, &land);
+        let all = places.iter().zip(land).zip(rocks).zip(self.climates(places));
+        let setting = |(((at, land), rock), climate): (((&Point, LandAtLarge), RockAtPlace), PlaceClimate)| {
+            let sand = self.sand_seas.sand(*at, &land, &climate);
+            Setting { land, rock, climate, sand }
+        };
+        all.map(setting).collect()
+    }
+
+    /// Returns the rocks of a country, given its land: massive ones in the cores of ranges and above all in worn ones,
+    /// layered ones around them, volcanic ones where volcanoes are, and soft ones on plains.
+    fn country(&self, land: &LandAtLarge) -> RockAtLarge {
+        let hilly = 1.0 - land.flatness();
+        let massive = 0.1 + hilly * (0.3 - 0.15 * land.youth);
+        let layered = 0.4 + 0.3 * hilly * land.youth;
+        let volcanic = 0.03 + 0.6 * land.volcanism;
+        let soft = 0.05 + 0.45 * (1.0 - hilly);
+        let all = massive + layered + volcanic + soft;
+        RockAtLarge {
+            shares: [massive, layered, volcanic, soft].map(|share| share / all),
+            folded: hilly * (0.3 + 0.7 * land.youth),
+            across_km: land.across * self.settings.plate_km,
+        }
     }
 
     /// Returns the mean of the wind along the parallel of a place: from -1, where all air goes west, to 1, where all
@@ -223,7 +288,7 @@ impl Geography {
     }
 
     /// Returns the numbers of the land at large at nodes.
-    fn nodes(&self, places: &[Point]) -> Vec<[f32; 4]> {
+    fn nodes(&self, places: &[Point]) -> Vec<[f32; LAND_NUMBERS]> {
         let crusts = self.plates.crust(places);
         let old_crusts = self.old_plates.crust(places);
         let noise = [&self.outline, &self.coasts, &self.swing, &self.ranges, &self.hills, &self.arcs];
@@ -245,13 +310,64 @@ impl Geography {
             let worn = 0.28 * old * old * (0.6 + 0.8 * ranges);
             let uplift = (LEAST_UPLIFT + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
             let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
-            [continent, uplift, youth, crust.rift].map(|value| value as f32)
+            let [of_arc, of_front, of_rift] = VOLCANISM;
+            let volcanism = (of_arc * crust.arc + of_front * crust.front + of_rift * crust.rift).min(1.0);
+            [continent, uplift, youth, crust.rift, crust.across, volcanism].map(|value| value as f32)
         };
         (0..places.len()).map(node).collect()
     }
 }
 
+/// Metres of height in which the land passes from that without to that with an ice sheet.
+const ICE_SHEET_M: f64 = 800.0;
+
+/// Mean temperatures of the warmest month in degrees Celsius between which a country becomes habitable; the share of
+/// people who live where it is colder, and where there is hardly any rain, by rivers; and the runoff in metres a year
+/// with which nobody lacks water.
+const COLD_SUMMER_C: [f64; 2] = [4.0, 14.0];
+const HUNTERS: f64 = 0.04;
+const OASES: f64 = 0.08;
+const FIELDS_RUNOFF_M: f64 = 0.08;
+
+/// Uplift from which on land counts as hilly.
+const HILLY: f64 = 0.12;
+
+impl Setting {
+    /// Returns the share, from 0 to 1, of an ice sheet that lay on the country in the ice age.
+    pub fn was_under_ice(&self) -> f64 {
+        self.above_snow_line(self.climate.ice_age_snow_line_m())
+    }
+
+    /// Returns the share, from 0 to 1, of an ice sheet that lies on the country.
+    pub fn is_under_ice(&self) -> f64 {
+        self.above_snow_line(self.climate.snow_line_m())
+    }
+
+    /// Returns the share of the people who would live there in a mild climate that live in this one, from 0 to 1: few
+    /// where summers are cold or rain does not suffice for fields, and none on ice.
+    pub fn habitability(&self) -> f64 {
+        let height_m = self.land.planned_m().max(0.0);
+        let warmest_c = self.climate.temperature_c(height_m) + self.climate.range_c() / 2.0;
+        let warm = smooth((warmest_c - COLD_SUMMER_C[0]) / (COLD_SUMMER_C[1] - COLD_SUMMER_C[0]));
+        let fields = OASES + (1.0 - OASES) * smooth(self.climate.runoff_m(height_m) / FIELDS_RUNOFF_M);
+        (1.0 - self.is_under_ice()) * (HUNTERS + (1.0 - HUNTERS) * warm) * fields
+    }
+
+    fn above_snow_line(&self, snow_line_m: f64) -> f64 {
+        smooth(0.5 - (snow_line_m - self.land.planned_m().max(0.0)) / ICE_SHEET_M)
+    }
+}
+
 impl LandAtLarge {
+    /// Returns the flatness of the country: from 0 in hills to 1 where nothing has risen.
+    pub fn flatness(&self) -> f64 {
+        1.0 - smooth(self.uplift / HILLY)
+    }
+
+    fn of([continent, uplift, youth, rift, across, volcanism]: [f64; LAND_NUMBERS]) -> LandAtLarge {
+        LandAtLarge { continent, uplift, youth, rift, across, volcanism }
+    }
+
     /// Returns the height that is planned for the place in metres, below 0 in the sea.
     pub fn planned_m(&self) -> f64 {
         let [ocean_m, inland_m, mountains_m] = PLANNED_M;
@@ -265,6 +381,15 @@ impl LandAtLarge {
 impl PlannedLand for Geography {
     fn planned_all(&self, places: &[Point]) -> Vec<f64> {
         self.land_at_large(places).iter().map(LandAtLarge::planned_m).collect()
+    }
+}
+
+/// The land of a geography at places far from each other.
+struct LandApart<'a>(&'a Geography);
+
+impl PlannedLand for LandApart<'_> {
+    fn planned_all(&self, places: &[Point]) -> Vec<f64> {
+        self.0.land_apart(places).iter().map(LandAtLarge::planned_m).collect()
     }
 }
 

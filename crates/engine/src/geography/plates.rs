@@ -72,6 +72,8 @@ pub struct Crust {
     pub belt: f64,
     /// Strength of an arc of islands where two oceans' plates push against each other, from 0.
     pub arc: f64,
+    /// Strength of the line of volcanoes that stands inland where a continent's plate rides over an ocean's, from 0.
+    pub front: f64,
     /// Strength of the rift where continents part, from 0.
     pub rift: f64,
     /// Coordinate across the border between the plates, in sides of a plate: ranges run along its lines.
@@ -200,6 +202,7 @@ impl Crust {
         let beside = inner * inner * outer / MOST_BESIDE;
         let push = pushed.clamp(0.0, 1.3);
         self.belt += push * (both * border * border.sqrt() + 0.9 * (1.0 - both - none) * beside * beside.sqrt());
+        self.front += push * (1.0 - both - none) * (beside * beside) * (beside * beside);
         self.arc += push * none * (border * border) * (border * border);
         let torn = border * border * border;
         self.rift += (-pushed - 0.15).clamp(0.0, 1.0) * both * torn * torn;

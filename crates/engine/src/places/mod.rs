@@ -59,6 +59,8 @@ use crate::error::Error;
 use crate::fluvial::survey::Surveyed;
 use crate::lines::{Line, LineId, Lines, SiteId};
 use crate::memory::{Memory, Remembers};
+use crate::names::Names;
+use crate::names::cultures::Cultures;
 use crate::places::build::RoadBuilder;
 use crate::places::corridor::Corridor;
 use crate::places::ellipse::Ellipse;
@@ -78,6 +80,7 @@ const CHIEFS: usize = 3;
 pub struct Places {
     settings: PlacesSettings,
     seed: u64,
+    names: Names,
     plans: Plans,
     seats: Memory<SiteId, Option<Seat>>,
     sites: Memory<SiteId, Option<Arc<Site>>>,
@@ -89,17 +92,23 @@ pub struct Places {
 }
 
 impl Places {
-    /// Creates the places of a world with `spacing_m` metres between vertices.
+    /// Creates the places of a world with `spacing_m` metres between vertices, and with peoples if it has a geography.
     ///
     /// # Errors
     /// When a value of the settings is out of its range.
-    pub fn new(settings: &PlacesSettings, spacing_m: f64, seed: u64) -> Result<Places, Error> {
+    pub fn new(
+        settings: &PlacesSettings,
+        spacing_m: f64,
+        seed: u64,
+        cultures: Option<Arc<Cultures>>,
+    ) -> Result<Places, Error> {
         settings.check(&KeyPath::default(), spacing_m)?;
-        let scale = PlanScale::new(settings.site_m, spacing_m);
+        let plans = Plans::new(PlanScale::new(settings.site_m, spacing_m));
         Ok(Places {
             settings: settings.clone(),
             seed,
-            plans: Plans::new(scale),
+            names: Names::new(seed, site_side(&plans), cultures),
+            plans,
             // Room for about ten thousand cells and pairs, and for about three hundred roads of 500 points of 48 bytes:
             // more than one tile needs.
             seats: Memory::new(2 << 20),
@@ -115,12 +124,18 @@ impl Places {
     pub(crate) fn memories(&self) -> Vec<&dyn Remembers> {
         let own: [&dyn Remembers; 6] =
             [&self.seats, &self.sites, &self.edges, &self.corridors, &self.roads, &self.parts];
-        [&self.plans.memories()[..], &own].concat()
+        let cultures = self.names.cultures().map(|cultures| cultures.memories()).unwrap_or_default();
+        [&self.plans.memories()[..], &own, &cultures].concat()
+    }
+
+    /// Returns the names of the world's features.
+    pub fn names(&self) -> &Names {
+        &self.names
     }
 
     /// Side of a site cell in vertices.
     pub fn site_side(&self) -> i64 {
-        self.plans.fine.scale.side * self.plans.fine.scale.step
+        site_side(&self.plans)
     }
 
     /// Returns the site cell that a vertex lies in. Names of things there are looked up by it.
@@ -141,6 +156,11 @@ impl Places {
     fn widest_radius(&self) -> i64 {
         Ellipse::radius((graph::CELLS * self.plans.coarse.scale.side) as f64) as i64 + 1
     }
+}
+
+/// Returns the side of a site cell in vertices.
+fn site_side(plans: &Plans) -> i64 {
+    plans.fine.scale.side * plans.fine.scale.step
 }
 
 #[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
@@ -257,7 +277,7 @@ impl Places {
 
     /// Returns the settlement of a site cell, if it has one.
     pub fn site(&self, land: Surveyed<'_>, id: SiteId) -> Result<Option<Arc<Site>>, Stopped> {
-        let settled = |seat: Seat| Arc::new(seat.settled(self.seed, &self.plans.fine.scale, land.survey));
+        let settled = |seat: Seat| Arc::new(seat.settled(&self.names, &self.plans.fine.scale, land.survey));
         let site = self.sites.try_get(id, || Ok(self.seat(land, id)?.map(settled)))?;
         Ok(site.as_ref().clone())
     }

@@ -12,7 +12,7 @@ use crate::hash::{self, Stream};
 use crate::land::WaterKind;
 use crate::lines::SiteId;
 use crate::memory::heap_bytes;
-use crate::names;
+use crate::names::Names;
 use crate::places::plan_land::{PlanNode, PlanScale, Plans};
 use crate::places::river_index::RiverIndex;
 use crate::places::settings::PlacesSettings;
@@ -102,9 +102,9 @@ impl Seat {
     }
 
     /// Completes the seat to the settlement with its height and name.
-    pub fn settled(&self, seed: u64, scale: &PlanScale, land: &dyn Survey) -> Site {
+    pub fn settled(&self, names: &Names, scale: &PlanScale, land: &dyn Survey) -> Site {
         let &Seat { id, at, class, population } = self;
-        Site { id, at, height_m: self.height_m(scale, land), class, population, name: names::settlement(seed, id) }
+        Site { id, at, height_m: self.height_m(scale, land), class, population, name: names.settlement(id) }
     }
 }
 
@@ -135,6 +135,10 @@ pub(super) fn seat(
         return Ok(None);
     }
     let scale = &plans.coarse.scale;
+    let middle = [id.i, id.j].map(|cell| cell * scale.side + scale.side / 2).map(|node| node * scale.step);
+    if luck >= settings.density * land.survey.habitability(middle) {
+        return Ok(None);
+    }
     let range = WaterRange::new(settings.site_m);
     let [edge, count] = settled_nodes(scale);
     // A margin around the cell as wide as waters matter to a position, less the distance that positions keep off the

@@ -168,7 +168,7 @@ fn land() -> TestLand {
 }
 
 fn places() -> Places {
-    Places::new(&PlacesSettings::default(), SPACING_M, 7).expect("the defaults are sound")
+    Places::new(&PlacesSettings::default(), SPACING_M, 7, None).expect("the defaults are sound")
 }
 
 /// An area of 20 x 20 km.
@@ -640,7 +640,7 @@ fn any_spacing_has_roads_within_their_grades() {
     let settings = PlacesSettings::default();
     for spacing_m in [0.3, 25.0, 100.0] {
         let land = TestLand { spacing_m, ..land() };
-        let places = Places::new(&settings, spacing_m, 7).expect("the defaults are sound");
+        let places = Places::new(&settings, spacing_m, 7, None).expect("the defaults are sound");
         let vertices = |metres: f64| (metres / spacing_m) as i64;
         let side = vertices(8000.0) as usize;
         let roads = places.roads(planned(&land), &Area::new(vertices(2000.0), vertices(10_000.0), side, side)).unwrap();

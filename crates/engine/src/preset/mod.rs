@@ -280,15 +280,41 @@ const NEEDS: &[(&str, &str)] = &[
     ("ground.forest_wet", "ground.wet_m"),
 ];
 
+/// Keys that nothing reads in a world with a geography, whose places have values of their own.
+const OF_PLACES: &[&str] = &[
+    "fluvial.basin_m",
+    "fluvial.uplift",
+    "fluvial.valley",
+    "fluvial.levees",
+    "fluvial.ice_m",
+    "fluvial.moraines",
+    "fluvial.glacier_m",
+    "fluvial.gullies",
+    "fluvial.rock",
+    "fluvial.runoff_m",
+    "fluvial.lakes",
+    "fluvial.old_arms",
+    "fluvial.braids",
+    "fluvial.coast.octaves",
+];
+
 /// Finds the first key written in a preset that nothing would read.
 fn check_needs(root: &DeValue) -> Result<(), Fault> {
     let path = |keys: &str| keys.split('.').fold(KeyPath::default(), |path, key| path.key(key));
     let is_written =
         |keys: &str| keys.split('.').try_fold(root, |value, key| value.get(key).map(Spanned::get_ref)).is_some();
-    match NEEDS.iter().find(|(key, needed)| is_written(key) && !is_written(needed)) {
+    let of_place = match NEEDS.iter().find(|(key, needed)| is_written(key) && !is_written(needed)) {
         Some((key, needed)) => {
             let hint = format!("give {needed}, or leave it out");
-            Err(path(key).fault(format!("nothing reads it without {needed}"), hint).at_key())
+            return Err(path(key).fault(format!("nothing reads it without {needed}"), hint).at_key());
+        }
+        None if is_written("geography") => OF_PLACES.iter().find(|key| is_written(key)),
+        None => None,
+    };
+    match of_place {
+        Some(key) => {
+            let hint = "leave it out, or extend world: each place has its own value, by its land and its climate";
+            Err(path(key).fault("nothing reads it with a geography", hint).at_key())
         }
         None => Ok(()),
     }

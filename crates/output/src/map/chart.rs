@@ -24,6 +24,7 @@ use crate::map::names::{self, Finders, Writing};
 use crate::map::outlines::{GroundLine, Outlines, SQUARE};
 use crate::map::plotter::{Inscription, Item, Page, PageLayer, Pen, Plotter, Shape, WIDEST, bounds};
 use crate::map::ranges::Afar;
+use crate::map::realms;
 use crate::map::relief::{GroundPixels, ShadedRelief};
 use crate::map::scale::Scale;
 use crate::map::sheet::LegendItem;
@@ -176,7 +177,7 @@ impl Chart {
         let terrain = Arc::new(MapTerrain::new(strided, maker, scale));
         let is_fluvial = world.preset().fluvial.is_some();
         let summits = is_fluvial.then(|| Arc::new(PeakSource::new(Arc::clone(world), scale)));
-        let has_ranges = is_fluvial && Afar::is_of_use(world, scale);
+        let has_ranges = is_fluvial && Afar::is_of_use(world, scale) && !realms::are_named(world, scale);
         let afar = has_ranges.then(|| Arc::new(Afar::new(world, scale)));
         let detail = ChartDetail { summits, afar, is_sketch: false };
         Ok(Chart::drawn(Arc::clone(world), terrain, detail, style, scale, clock)?)
@@ -292,13 +293,17 @@ impl Chart {
             let pad = names::pad(self.scale);
             let drawing = draughtsman.draw(named, pad)?;
             let seen = self.detail.afar.as_ref().map(|afar| afar.look(named.padded(pad), &watch.clock)).transpose()?;
+            let realms = match self.detail.is_sketch {
+                false => realms::seen(&self.world, self.scale, named.padded(pad), &watch.clock)?,
+                true => Vec::new(),
+            };
             let summits = |area| match &self.detail.summits {
                 Some(summits) => summits.find(self.scale, area, &watch.clock),
                 None => Ok(Vec::new()),
             };
             let finders = Finders { sites: &|area| draughtsman.sites(area), summits: &summits };
             let style = (&self.style, self.scale);
-            writings = names::write(style, &drawing, seen.as_ref(), &finders, named, frame.as_ref(), watch)?;
+            writings = names::write(style, &drawing, (seen.as_ref(), &realms), &finders, named, frame.as_ref(), watch)?;
             drawing
         } else {
             draughtsman.draw(area, WIDEST as usize)?

@@ -3,10 +3,12 @@
 //! ```text
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
 //!                  relief.rs    tints, materials of the ground, light and shadow; sky.rs open sky, cast shadows
+//!                  climate_colours.rs   colours of the ground by climate
 //!                  signs.rs     strokes on rock and slopes, stones of scree
 //! Style (TOML) --> contour_lines.rs   contours; outlines.rs adds their numbers
 //!                  drawing.rs   rivers, lakes, roads and settlements as lines and areas in pixels; houses.rs
 //!                  ranges.rs    mountain ranges and valleys, found in coarse land
+//!                  realms.rs    continents, oceans, deserts and so on of a whole world
 //!                  climb.rs     from high ground in coarse land to the peak there; summits.rs
 //!                  text.rs      shapes names; label.rs places them, within a frame.rs if there is one
 //!                      |
@@ -21,6 +23,7 @@ pub mod atlas;
 pub(crate) mod colour;
 mod canvas;
 mod chart;
+mod climate_colours;
 mod climb;
 pub(crate) mod contour_lines;
 mod drawing;
@@ -33,6 +36,7 @@ mod outlines;
 mod plain;
 pub(crate) mod plotter;
 mod ranges;
+mod realms;
 mod relief;
 pub mod label;
 mod names;

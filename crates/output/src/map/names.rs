@@ -13,6 +13,7 @@ use crate::map::frame::MapFrame;
 use crate::map::label::{self, Candidate, Rank, along_line, around_point, place};
 use crate::map::plotter::{bounds, widened};
 use crate::map::ranges::{CoarseLand, Range};
+use crate::map::realms::NamedRealm;
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, LabelStyle, LabelsStyle, Style};
 use crate::map::summits::Summit;
@@ -48,6 +49,11 @@ const REPEAT_MM: f64 = 110.0;
 /// paper.
 const VALLEY_GAP_MM: f64 = 2.2;
 const VALLEY_REPEAT_MM: f64 = 200.0;
+
+/// Largest width of the name of a realm, as a share of the largest extent of a name; and the least length of a realm that
+/// has a name, as a share of the name's width.
+const REALM_SHARE: f64 = 0.95;
+const REALM_FIT: f64 = 0.8;
 
 /// Largest scale denominators at which villages and hamlets have symbols and names.
 const MOST_VILLAGES: f64 = 400_000.0;
@@ -99,18 +105,19 @@ pub(super) struct Finders<'a> {
     pub summits: &'a (dyn Fn(Area) -> Result<Vec<Summit>, Stopped> + Sync),
 }
 
-/// Chooses all labels of an area of pixels, given the water there and [around](pad), and the land as seen from afar. If
-/// there is a frame, no label crosses it. `watch` counts the squares that are searched.
+/// Chooses all labels of an area of pixels, given the water there and [around](pad), the land as seen from afar, and the
+/// realms there and around. If there is a frame, no label crosses it. `watch` counts the squares that are searched.
 pub(super) fn write(
     (style, scale): (&Style, Scale),
     drawing: &Drawing,
-    seen: Option<&CoarseLand<'_>>,
+    (seen, realms): (Option<&CoarseLand<'_>>, &[NamedRealm]),
     finders: &Finders<'_>,
     area: Area,
     frame: Option<&MapFrame>,
     watch: &Watch,
 ) -> Result<Vec<Writing>, Stopped> {
     let mut writer = Writer { style, scale, frame, candidates: Vec::new(), obstacles: Vec::new() };
+    writer.write_realms(realms);
     writer.write_ranges(&seen.map(|seen| seen.ranges(&watch.clock)).transpose()?.unwrap_or_default());
     writer.write_lakes(drawing);
     writer.write_rivers(drawing, seen);
@@ -216,6 +223,8 @@ const PEAK: &str = "peak";
 /// Classes of labels in order of precedence, for where there is not room for all.
 #[derive(Clone, Copy, PartialEq)]
 enum Class {
+    /// Continents, oceans and so on, the larger first.
+    Realm,
     /// Ranges lie so far apart that their names never meet. A range makes room only for symbols, and all other names
     /// make room for the range.
     Range,
@@ -233,6 +242,7 @@ impl Class {
     fn of(self, labels: &LabelsStyle) -> (&'static str, LabelStyle, LabelDraw) {
         let [town, village, hamlet] = labels.places;
         match self {
+            Class::Realm => ("realm", labels.range, LabelDraw::Realm),
             Class::Range => ("range", labels.range, LabelDraw::Range),
             Class::Town => (SiteClass::Town.name(), town, LabelDraw::Site),
             Class::Lake => ("lake", labels.lake, LabelDraw::Lake),
@@ -275,14 +285,19 @@ impl Writer<'_> {
 
     /// Adds a place for the label of a feature: its text there, the feature's name, and the feature's position. The
     /// feature is known by its class and `id`; the numbers are its weight and the number of the place.
-    fn push(&mut self, class: Class, id: &[u64], (weight, place): (u64, u32), (text, name, at): (Placed, &str, DVec2)) {
-        let (kind, style, draw) = class.of(&self.style.labels);
-        let item = Writing { text, colour: style.colour, kind, name: name.to_owned(), at };
+    fn push(&mut self, class: Class, id: &[u64], order: (u64, u32), (text, name, at): (Placed, &str, DVec2)) {
+        let (kind, style, _) = class.of(&self.style.labels);
+        self.add(class, id, order, Writing { text, colour: style.colour, kind, name: name.to_owned(), at });
+    }
+
+    /// Adds a label, likewise.
+    fn add(&mut self, class: Class, id: &[u64], (weight, place): (u64, u32), item: Writing) {
+        let (_, _, draw) = class.of(&self.style.labels);
         // The triangle of a peak is shown only together with the peak's label.
-        let mark = item.is_peak().then(|| square(at, symbols::peak_px(self.scale)));
+        let mark = item.is_peak().then(|| square(item.at, symbols::peak_px(self.scale)));
         let mut boxes: Vec<Quad> = item.boxes().chain(mark).collect();
-        if class == Class::Range {
-            // The gaps between the letters of a range also stay free of other labels.
+        if [Class::Realm, Class::Range].contains(&class) {
+            // The gaps between the letters of something large also stay free of other labels.
             let gaps: Vec<Quad> = boxes.windows(2).map(|pair| between(&pair[0], &pair[1])).collect();
             boxes.extend(gaps);
         }
@@ -297,6 +312,39 @@ impl Writer<'_> {
     /// True if a feature's symbol lies on the map, so that the feature can have a name.
     fn shows(&self, at: DVec2) -> bool {
         self.frame.is_none_or(|frame| frame.shows(at))
+    }
+
+    fn write_realms(&mut self, realms: &[NamedRealm]) {
+        for realm in realms {
+            if !self.shows(realm.at) {
+                continue;
+            }
+            let style = realm.lettering(&self.style.labels);
+            let written = |size_mm: f64| {
+                let typeface = self.style.labels.typeface(style.face);
+                shape(&realm.text(), typeface, self.scale.pixels(size_mm) as f32, style.spacing as f32)
+            };
+            let whole = written(style.size_mm);
+            // A long name is written smaller, so that it spans no more than other names may.
+            let smaller = (REALM_SHARE * self.scale.pixels(LONGEST_MM) / whole.width).min(1.0);
+            let name = if smaller < 1.0 { written(smaller * style.size_mm) } else { whole };
+            if realm.longest_px < REALM_FIT * name.width {
+                continue;
+            }
+            let line = 1.6 * name.x_height;
+            for (place, down) in (0..).zip([0.0, -line, line]) {
+                let start = realm.at + DVec2::new(-0.5 * name.width, 0.5 * name.x_height + down);
+                let writing = Writing {
+                    text: name.at(start, 0.0),
+                    colour: style.colour,
+                    kind: realm.kind.name(),
+                    name: realm.name.clone(),
+                    at: realm.at,
+                };
+                let id = [realm.kind as u64, realm.node[0] as u64, realm.node[1] as u64];
+                self.add(Class::Realm, &id, (realm.area_km2 as u64, place), writing);
+            }
+        }
     }
 
     fn write_ranges(&mut self, ranges: &[Range]) {
@@ -459,6 +507,7 @@ mod tests {
     use super::*;
     use crate::clock::Clock;
     use crate::features::landforms::{LAKES, PEAKS, valley_name};
+    use crate::geography::realms::RealmKind;
     use crate::lines::LineKind;
     use crate::map::label::overlap;
     use crate::map::{Chart, Picture};
@@ -483,6 +532,31 @@ mod tests {
                 assert!(one.boxes().all(apart), "{} and {}", one.name, other.name);
             }
         }
+    }
+
+    #[test]
+    fn a_whole_world_has_names_of_what_is_large_the_same_in_all_windows() {
+        let (_, preset) = Preset::load("world").unwrap();
+        let style = Style::load("topographic").unwrap();
+        let scale = Scale { metres_per_pixel: 20_000.0, pixels_per_mm: 2.0 };
+        let chart = Chart::new(&preset, Some(3), style, scale).unwrap();
+        let names = |area: Area| -> BTreeSet<(&'static str, String, [i64; 2])> {
+            let picture = chart.picture(area, &Clock::default()).unwrap();
+            let large = RealmKind::ALL.map(RealmKind::name);
+            let writings = picture.writings().iter().filter(|writing| large.contains(&writing.kind));
+            let is_inside = |writing: &&Writing| writing.boxes().all(|quad| is_within(area, &quad));
+            writings
+                .filter(is_inside)
+                .map(|one| (one.kind, one.name.clone(), [one.at.x as i64, one.at.y as i64]))
+                .collect()
+        };
+        let whole = Area::new(-150, -100, 300, 240);
+        let all = names(whole);
+        let kinds: BTreeSet<&str> = all.iter().map(|(kind, ..)| *kind).collect();
+        assert!(kinds.len() >= 4 && kinds.contains("ocean") && kinds.contains("continent"), "{all:?}");
+        let part = Area::new(-60, -70, 180, 150);
+        let inner = names(part);
+        assert!(inner.len() > 3 && inner.is_subset(&all), "{inner:?} of {all:?}");
     }
 
     /// A labelled feature, as a map of one scale shows it.
