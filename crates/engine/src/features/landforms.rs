@@ -19,6 +19,8 @@ pub struct LakeFeature {
     pub id: String,
     /// Name on maps; `None` in a world without places.
     pub name: Option<String>,
+    /// `lake`, or `salt pan` for a lake without outlet in a dry land: brine on a level floor of salt.
+    pub kind: &'static str,
     /// Height of the water surface in metres.
     pub level_m: f64,
     /// Area within the shore in square metres, without islands.
@@ -38,6 +40,7 @@ pub static LAKES: Layer<Arc<Lake>, LakeFeature> = Layer {
     columns: &[
         Column::new("id", ValueKind::Text, |lake| lake.id.clone().into()),
         Column::optional("name", ValueKind::Text, |lake| lake.name.clone().into()),
+        Column::new("kind", ValueKind::Text, |lake| lake.kind.into()),
         Column::new("level_m", ValueKind::Real, |lake| lake.level_m.into()),
         Column::new("area_m2", ValueKind::Real, |lake| lake.area_m2.into()),
         Column::optional("outlet", ValueKind::Text, |lake| lake.outlet.map(|river| river.to_string()).into()),
@@ -53,6 +56,7 @@ fn of_lake(world: &World, lake: &Lake) -> LakeFeature {
     LakeFeature {
         id: lake.id.to_string(),
         name: lake_name(world, lake.id),
+        kind: if is_pan(world, lake.id) { "salt pan" } else { "lake" },
         level_m: lake.level_m,
         area_m2: lake.area_m2,
         outlet: lake.outlet,
@@ -61,8 +65,15 @@ fn of_lake(world: &World, lake: &Lake) -> LakeFeature {
 }
 
 /// Returns the name that the lake with this id has, or would have if it existed; `None` in a world without places.
-pub(crate) fn lake_name(world: &World, LakeId((level, x, y)): LakeId) -> Option<String> {
-    world.names().map(|names| names.lake(first_vertex(world, level, [x, y]), &[i64::from(level), x, y]))
+pub(crate) fn lake_name(world: &World, lake: LakeId) -> Option<String> {
+    let LakeId((level, x, y)) = lake;
+    let (at, id) = (first_vertex(world, level, [x, y]), [i64::from(level), x, y]);
+    world.names().map(|names| if is_pan(world, lake) { names.pan(at, &id) } else { names.lake(at, &id) })
+}
+
+/// Tells whether a lake is a salt pan.
+fn is_pan(world: &World, lake: LakeId) -> bool {
+    world.relief().fluvial().is_some_and(|fluvial| fluvial.is_pan(lake))
 }
 
 /// Returns the name of a river's valley; `None` in a world without places, and for rivers of agents.

@@ -76,6 +76,9 @@ const MEANDER_ROOM: f64 = 0.8;
 /// Length of a delta as a share of the most: the least value, and the range that chance adds.
 const DELTA_LENGTHS: (f64, f64) = (0.4, 0.6);
 
+/// Depth in metres of the brine on a salt pan.
+const PAN_M: f64 = 0.4;
+
 /// The courses of the trunks of a world.
 #[derive(Debug)]
 pub struct TrunkCourses {
@@ -203,7 +206,9 @@ impl TrunkCourses {
             if hollow.half_width() >= 2.0 * fields.least_lake(sink.discharge_m3s)
                 && hollow.is_inland(fields, at, sink.level_m)
             {
-                hollow.dig_sink(trunk, hollow.depth_m(fields, laws.hill_slope, trough));
+                let depth_m = hollow.depth_m(fields, laws.hill_slope, trough);
+                // What its rivers bring has filled the hollow up to a level floor of salt.
+                hollow.dig_sink(trunk, if fields.keeps_water(at) { depth_m.min(PAN_M) } else { depth_m });
                 trunk.lake = Some(LakeId((0, to.0, to.1)));
             }
         } else if here.lake {

@@ -124,6 +124,13 @@ impl Trunks {
     pub fn drained(&self, id: NodeId) -> Drained {
         self.look().drained(id)
     }
+
+    /// Tells whether a lake at a node, if there is one, is a salt pan: it lies in a hollow where it is too dry for an
+    /// outlet. No basin need be made to tell.
+    pub fn is_pan(&self, id: NodeId) -> bool {
+        let nodes = self.nodes.look();
+        nodes.falls_to(id).is_none() && !nodes.node(id).sea && self.fields.keeps_water(nodes.node(id).at)
+    }
 }
 
 impl Look<'_> {

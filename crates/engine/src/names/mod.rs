@@ -89,6 +89,11 @@ impl Names {
         self.thing(Stream::LakeName, self.cell(at), number(id), |tongue| tongue.lakes)
     }
 
+    /// Returns the name of a salt pan, likewise. All tongues have taken these patterns from those who live beside pans.
+    pub fn pan(&self, at: [i64; 2], id: &[i64]) -> String {
+        self.thing(Stream::LakeName, self.cell(at), number(id), |_| &["* Pan", "Salar *", "Chott *"])
+    }
+
     /// Returns the name of a peak, likewise.
     pub fn peak(&self, at: [i64; 2], id: &[i64]) -> String {
         self.thing(Stream::PeakName, self.cell(at), number(id), |tongue| tongue.peaks)

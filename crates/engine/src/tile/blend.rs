@@ -114,7 +114,7 @@ impl Blend {
             if let Some(ice_m) = &water.ice_m {
                 blend.lay(Material::Snow, ice_m, |ice_m| (ice_m / WHOLE_ICE_M).min(1.0));
             }
-            blend.wet(rule, water);
+            blend.wet(rule, climate, water);
         }
         blend
     }
@@ -149,9 +149,9 @@ impl Blend {
         }
     }
 
-    /// Covers the beds of rivers and of the sea and the bars of rivers with sand, the beds of lakes with dirt, and the
-    /// ground next to rivers and lakes with dirt or wetland.
-    fn wet(&mut self, rule: &GroundRule, water: &Water) {
+    /// Covers the beds of rivers and of the sea, the bars of rivers and the salt of lakes in deserts with sand, the beds
+    /// of other lakes with dirt, and the ground next to rivers and lakes with dirt or wetland.
+    fn wet(&mut self, rule: &GroundRule, climate: Option<&GroundClimate>, water: &Water) {
         let rim = if rule.wet_m.is_some() { Material::Wetland } else { Material::Dirt };
         let Area { x0, y0, x1, y1 } = self.ground.area();
         for y in y0..y1 {
@@ -170,8 +170,10 @@ impl Blend {
                 let around = rows.iter().flat_map(|row| &row[column..column + 3]);
                 // Number of vertices with a river or a lake, out of the vertex and its eight neighbours.
                 let wet = around.filter(|kind| matches!(kind, WaterKind::River | WaterKind::Lake)).count();
+                let is_salt = || climate.is_some_and(|climate| climate.desert(x0 + column as i64, y) > 0.5);
                 let (material, share) = match rows[1][column + 1] {
                     WaterKind::River | WaterKind::Sea => (Material::Sand, 1.0),
+                    WaterKind::Lake if is_salt() => (Material::Sand, 1.0),
                     WaterKind::Lake => (Material::Dirt, 1.0),
                     // A dry vertex with flow is a bar in a river's bed.
                     WaterKind::Dry if flows[column + 1] > 0.0 => (Material::Sand, 1.0),

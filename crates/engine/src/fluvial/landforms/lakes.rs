@@ -132,3 +132,41 @@ fn depths(fluvial: &Fluvial, area: Area, near: Point, clock: &Clock) -> Result<O
     }
     Ok(Some(depths))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::area::{Area, Stride};
+    use crate::geography::Geography;
+    use crate::grain_point::GRAINS;
+    use crate::preset::Preset;
+
+    #[test]
+    fn closed_basins_of_dry_lands_end_in_salt_pans_with_a_level_floor() {
+        let (_, preset) = Preset::load("world").unwrap();
+        let geography =
+            Geography::new(preset.geography.as_ref().unwrap(), preset.spacing_m / GRAINS as f64, preset.seed);
+        let (settings, spacing) = (preset.fluvial.unwrap(), (preset.spacing_m, Stride::ONE));
+        let geography = Some(Arc::new(geography));
+        let fluvial = Fluvial::new(&settings, geography, spacing, preset.sea_level_m, preset.seed, None);
+        let trunks = fluvial.network().trunks();
+        let is_pan = |id: &(i64, i64)| trunks.is_pan(*id) && trunks.drained(*id).to.is_none();
+        let pans: Vec<(i64, i64)> = Area::new(-330, 100, 200, 80).vertices().filter(is_pan).take(3).collect();
+        let mut found = 0;
+        for (x, y) in pans {
+            let id = LakeId((0, x, y));
+            assert!(fluvial.is_pan(id));
+            let Some(pan) = Lake::new(&fluvial, id, &Clock::default()).unwrap() else { continue };
+            assert!(pan.outlet.is_none() && pan.area_m2 > 1e6, "{} m2", pan.area_m2);
+            let floors = fluvial.lake_channels(id);
+            let depths = floors.iter().flat_map(|channel| &channel.knots).map(|knot| knot.pool_m - knot.level_m);
+            let deepest_m = depths.fold(0.0, f64::max);
+            assert!((0.1..0.5).contains(&deepest_m), "{deepest_m} m");
+            println!("{id}: {} km2, {} rings", pan.area_m2 / 1e6, pan.rings.len());
+            found += 1;
+        }
+        assert!(found > 0, "no closed basin of a desert has a pan");
+    }
+}
