@@ -102,7 +102,6 @@
 //! | [world](world::World) | a checked preset with a seed, from which any tile can be made |
 //! | [stream](hash::Stream) | one use of chance, with its own number, so that no two uses share their luck |
 //! | [realm](geography::realms::Realm) | a continent, sea, island, desert, plain or range of a whole world |
-//! | [culture](names::cultures::Culture) | a people of a whole world, with its homeland and a dialect |
 //! | [relief](relief::Relief) | the maker of bare land: of noise, or of rivers |
 //! | [land](land::Land) | heights, and the water on them |
 //! | [network](fluvial::network::Network) | all channels of a world, from trunks down to brooks |

@@ -32,6 +32,10 @@ pub mod stage {
     pub const BREACHES: &str = "breaches";
     /// Dunes of sand seas.
     pub const DUNES: &str = "dunes";
+    /// Drumlins, eskers and dolines.
+    pub const GROUND_FORMS: &str = "ground forms";
+    /// Ice sheets of whole countries.
+    pub const ICE_SHEETS: &str = "ice sheets";
     /// River beds, lakes and the sea, cut into the land.
     pub const WATER: &str = "water";
     /// Rivers, roads and settlements: tracing or planning them, or finding those that are remembered.

@@ -205,6 +205,8 @@ register! {
     Rock = 52 << 32, PARTS;
     /// Beds of layered rock.
     Beds = 53 << 32, 1;
+    /// Drumlins, eskers and dolines, by the purpose of each noise and lattice.
+    GroundForms = 54 << 32, PARTS;
     /// Cultural regions: positions of their homes, their tongues, and their dialects.
     Cultures = 46 << 32, 3;
     /// Realms, by their kind: the basins that cut large ones, then their names.

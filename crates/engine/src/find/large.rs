@@ -91,8 +91,8 @@ impl LargeSearch<'_> {
         found.filter(|found| self.query.keeps(&found.values)).collect()
     }
 
-    /// Finds the nearest place of a square with a climate, if there is one. On a coast it lies at the shore, or at most a
-    /// node inland if the climate is another at the shore: 32 km on Earth.
+    /// Finds the nearest place of a square with a climate, if there is one. On a coast it lies at the shore, or at most
+    /// a node inland if the climate is another at the shore: 32 km on Earth.
     fn biome(&self, letters: BiomeLetters, square: (i64, i64)) -> Option<Found> {
         let is_coast = self.query.beside == Some(Beside::Sea);
         let nodes = self.geography.biome_nodes(square, |biome| letters.has(biome));

@@ -154,8 +154,8 @@ impl Finder {
     /// and north. `watch` counts the blocks that are searched, of all within the radius.
     ///
     /// # Errors
-    /// When the radius reaches beyond the largest coordinates, the world has no geography to find such a thing in, or the
-    /// work is stopped.
+    /// When the radius reaches beyond the largest coordinates, the world has no geography to find such a thing in, or
+    /// the work is stopped.
     pub fn find(
         &mut self,
         query: &Query,

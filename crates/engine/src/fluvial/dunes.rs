@@ -19,11 +19,12 @@
 //! To judge the numbers chosen by eye, look at hillshades of deserts of `world`.
 
 use super::fields::Fields;
+use super::free_ground::{FreeGround, free_ground};
 use super::segment::Segments;
 use super::warp::Displaced;
 use crate::area::Area;
 use crate::clock::Clock;
-use crate::geometry::{LineSegment, lerp, smooth};
+use crate::geometry::smooth;
 use crate::grain_point::Point;
 use crate::grid::{Grid, between_corners, corners};
 use crate::hash::{self, Stream};
@@ -50,14 +51,9 @@ const WIDE_LINES: [f64; 2] = [0.35, 0.55];
 const WHOLE: f64 = 0.6;
 
 /// Metres from the floor of a valley with a river, and half widths of the largest lakes from the middle of a lake, at
-/// which dunes begin; metres over which they reach their height; and the same range in metres of height above the sea.
-const OFF_RIVERS_M: f64 = 150.0;
-const OFF_LAKES: f64 = 1.5;
-const RISE_M: f64 = 700.0;
+/// which dunes begin, and metres over which they reach their height; and the same range in metres of height above the sea.
+const FREE: FreeGround = FreeGround { off_rivers_m: 150.0, off_lakes: 1.5, rise_m: 700.0 };
 const ABOVE_SEA_M: [f32; 2] = [1.0, 20.0];
-
-/// Nodes a side of the squares for which rivers nearby are found together.
-const BLOCK: usize = 16;
 
 /// Vertices between the corners between which the slowly varying numbers are interpolated, as those of hillsides are.
 const CORNERS: i64 = 32;
@@ -144,12 +140,6 @@ struct WindAndSand {
 
 const CRESCENT: usize = 4;
 const STAR: usize = 5;
-
-/// A line that dunes keep away from, and the distance in grains at which they begin.
-struct Kept {
-    line: LineSegment,
-    from: f64,
-}
 
 impl Dunes {
     /// Makes the dunes of a world with these fields; `None` where there is no sand.
@@ -244,7 +234,7 @@ impl Dunes {
             }
         }
         clock.check()?;
-        let free = free(fields, segments, nodes, area);
+        let free = free_ground(fields, segments, nodes, area, &FREE);
         let sea_m = fields.sea_level_m() as f32;
         let kinds = land.water.as_ref().map(|water| &water.kind);
         for (x, y) in area.vertices() {
@@ -522,49 +512,6 @@ fn strengths(sand: f64, steadiness: f64) -> [f64; 6] {
         steady * (1.0 - ridges) * covered,
         variable * high,
     ]
-}
-
-/// Returns the shares of dunes that may lie at the nodes of an area, from 0 near rivers and lakes to 1; `None` where
-/// there are neither.
-fn free(fields: &Fields, segments: &Segments, nodes: &Displaced, area: Area) -> Option<Grid<f32>> {
-    let metres = fields.metres_a_grain();
-    let lakes = OFF_LAKES * fields.lake_half_width();
-    // Side arms lie on the floors of their rivers. They matter in a smaller part of the land, and so are not always known
-    // here.
-    let is_whole = |channel: u32| segments.channels[channel as usize].near == f64::INFINITY;
-    let kept = segments.all.iter().filter(|segment| is_whole(segment.channel)).filter_map(|segment| {
-        let is_lake = segment.pool_m > f64::NEG_INFINITY;
-        let is_wet = fields.holds_water(lerp(segment.discharge_m3s, 1.0));
-        let floor = segment.widest_trough() + OFF_RIVERS_M / metres;
-        let from = if is_lake { floor.max(lakes) } else { floor };
-        (is_lake || is_wet).then(|| Kept { line: segment.line(), from })
-    });
-    let kept: Vec<Kept> = kept.collect();
-    if kept.is_empty() {
-        return None;
-    }
-    let mut free = Grid::filled(area, 1.0);
-    let rise = RISE_M / metres;
-    let place = |x: i64, y: i64| {
-        let displaced = nodes.displacement_m(nodes.area.index(x, y)) / metres;
-        Point::at_vertex(x * nodes.step, y * nodes.step).from(segments.origin) + displaced
-    };
-    for block in area.squares(BLOCK) {
-        let middle = place(block.x0, block.y0);
-        // The warp moves a node by less than a node more than the one beside it.
-        let around = 2.0 * 1.5 * (BLOCK as i64 * nodes.step * crate::grain_point::GRAINS) as f64;
-        let near: Vec<&Kept> =
-            kept.iter().filter(|kept| kept.line.distance(middle.into()) < kept.from + rise + around).collect();
-        if near.is_empty() {
-            continue;
-        }
-        for (x, y) in block.vertices() {
-            let at = place(x, y).into();
-            let shares = near.iter().map(|kept| (kept.line.distance(at) - kept.from) / rise);
-            free.row_mut(y, x, x + 1)[0] = smooth(shares.fold(1.0, f64::min)) as f32;
-        }
-    }
-    Some(free)
 }
 
 /// Returns the height of a crescent at a place, in widths of the crescent, given the widths downwind from its middle,

@@ -68,11 +68,13 @@ const WORLD_MORAINES: f64 = 0.8;
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
 
+/// The same share on plains that ice sheets have left.
+const ICE_LEFT_OUT: f64 = 0.6;
+
 /// Number of the finest levels whose density depends on the rock.
 const ROCK_LEVELS: u32 = 2;
 
-/// Uplift from which on land counts as hilly, and runoff in metres a year from which on it counts as wet.
-const HILLY: f64 = 0.12;
+/// Runoff in metres a year from which on land counts as wet.
 const WET_RUNOFF_M: f64 = 0.25;
 
 /// Sand from which on it has buried all hillsides.
@@ -84,9 +86,6 @@ const MOST_RUNOFF_M: f64 = 6.0;
 
 /// Lowest line of ice in metres above the sea that is told from lower ones, which cover all land.
 const LEAST_ICE_M: f64 = -5000.0;
-
-/// Metres of height in which the land passes from that without to that with an ice sheet, in the ice age.
-const ICE_SHEET_M: f64 = 800.0;
 
 /// Share of the root of the uplift in the slopes of rivers in a whole world.
 const PLAINS_RISE: f64 = 0.15;
@@ -158,6 +157,7 @@ impl Laws {
             ice_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
             glacier_m: [LEAST_ICE_M + datum_m, f64::INFINITY][end],
             moraines: WORLD_MORAINES,
+            left_out: [LEFT_OUT, ICE_LEFT_OUT][end],
             sand: [0.0, 1.0][end],
             ..laws
         };
@@ -169,7 +169,8 @@ impl Laws {
     fn bounds_on_rocks([least, most]: [Laws; 2]) -> [Laws; 2] {
         let (low, high) = (least.on(&rock_laws::LEAST), most.on(&rock_laws::MOST));
         // The more brooks there are, the fewer are left out.
-        [Laws { left_out: high.left_out, ..low }, Laws { left_out: low.left_out, ..high }]
+        let left_out = [least.on(&rock_laws::MOST), most.on(&rock_laws::LEAST)].map(|laws| laws.left_out);
+        [Laws { left_out: left_out[0], ..low }, Laws { left_out: left_out[1], ..high }]
     }
 
     /// Returns the laws on a rock with these factors.
@@ -291,7 +292,8 @@ impl Fields {
     }
 
     /// Returns the laws of a place of a whole world.
-    fn laws_of(&self, Setting { land, rock, climate, sand }: &Setting) -> Laws {
+    fn laws_of(&self, setting: &Setting) -> Laws {
+        let Setting { land, rock, climate, sand } = setting;
         let FluvialSettings { hill_slope: [low, high], trunk_slope, .. } = self.settings();
         // Hills are steep long before their rivers are: a tenth of the uplift of high mountains makes a fifth of their
         // slopes. So much of it lifts the plains that half of all land lies above 500 m, as on Earth.
@@ -299,10 +301,13 @@ impl Fields {
         let steepness = mixed_root(land.uplift, 0.5) * (1.0 - buried);
         let bed_slope = trunk_slope * mixed_root(land.uplift, PLAINS_RISE);
         let planned_m = land.planned_m().max(0.0);
+        // Under an ice sheet nothing runs: its ice goes to the sea.
+        let under_ice = setting.is_under_ice();
         let runoff_m = climate.runoff_m(planned_m).clamp(LEAST_RUNOFF_M, MOST_RUNOFF_M);
-        let (wet, flat) = (smooth(runoff_m / WET_RUNOFF_M), 1.0 - smooth(land.uplift / HILLY));
-        // Ice has scoured hollows where it once lay thick on the land.
-        let iced_over = smooth(0.5 - (climate.ice_age_snow_line_m() - planned_m) / ICE_SHEET_M);
+        let runoff_m = runoff_m + (LEAST_RUNOFF_M - runoff_m) * smooth(2.0 * under_ice);
+        let (wet, flat) = (smooth(runoff_m / WET_RUNOFF_M), land.flatness());
+        // Ice has scoured hollows where it once lay thick on the land, and left no order in its brooks.
+        let iced_over = setting.was_under_ice();
         let between = |[least, most]: [f64; 2], share: f64| least + (most - least) * share;
         Laws {
             hill_slope: low + (high - low) * steepness,
@@ -312,7 +317,8 @@ impl Fields {
             glacier_m: climate.snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
             gullies: between(WORLD_GULLIES, (1.0 - wet) * (1.0 - buried)),
             runoff_m,
-            lakes: wet * between(WORLD_LAKES, iced_over),
+            lakes: wet * between(WORLD_LAKES, iced_over) * (1.0 - under_ice),
+            left_out: LEFT_OUT + (ICE_LEFT_OUT - LEFT_OUT) * iced_over * flat,
             old_arms: wet * flat * WORLD_OLD_ARMS,
             braids: flat * WORLD_BRAIDS,
             levees: flat,

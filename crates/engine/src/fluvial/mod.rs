@@ -11,7 +11,7 @@
 //!                                   |
 //!                                   v
 //!                     gullies, moraines, barriers, cones of volcanoes, glaciers, coast, breaches, strata,
-//!                     ceiling, beds
+//!                     ceiling, beds, dunes, small forms of the ground, ice sheets
 //!                                   |
 //!                                   v
 //!                     Land: heights and water
@@ -23,16 +23,15 @@
 //! stage reads to make an area.
 //!
 //! The modules, in the order of that diagram: `potential`, `fields`, `laws`, `rock_laws`, `volcanoes` and
-//! `strata_and_ceiling` hold the laws.
-//! `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest rivers; `trunk_curve`, `meander`,
-//! `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their oxbows and side arms.
-//! `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the beds of all.
-//! `network` finds channels with their
-//! `cross_section`s and `segment`s by place. `warp`, `valley`, `valley_side`, `hillsides`, `gullies`, the `stamp`s
-//! (`moraine`, `barrier`, `volcanic_cones` and `glacier`), `coast`, `skerries`, `breach` and `water` make rasters of them, as `stages`
-//! asks for them in the `detail` that nodes can show. `rivers` and `strahler` know whole rivers, and `survey` measures
-//! the land for planning roads. At coarse strides, `brook_relief` is the mean relief of brooks too fine to show, and
-//! `node_means` averages finer nodes where even trunks are too fine.
+//! `strata_and_ceiling` hold the laws. `trunk_nodes`, `catchments` and `trunk_lattice` are the lattice of the largest
+//! rivers; `trunk_curve`, `meander`, `delta` and `trunk_course` make their lines, `lake` their lakes, and `branches` their
+//! oxbows and side arms. `tributary_course`, `tributary_bed` and `tributary` make all other channels; `bed_cut` lowers the
+//! beds of all. `network` finds channels with their `cross_section`s and `segment`s by place. `warp`, `valley`,
+//! `valley_side`, `hillsides`, `gullies`, the `stamp`s (`moraine`, `barrier`, `volcanic_cones` and `glacier`), `coast`,
+//! `skerries`, `breach` and `water` make rasters of them, as `stages` asks for them in the `detail` that nodes can show.
+//! On `free_ground`, `dunes` and `ground_forms` rise upon these, and an `ice_sheet` buries them. `rivers` and `strahler`
+//! know whole rivers, and `survey` measures the land for planning roads. At coarse strides, `brook_relief` is the mean
+//! relief of brooks too fine to show, and `node_means` averages finer nodes where even trunks are too fine.
 
 pub mod settings;
 mod potential;
@@ -77,6 +76,9 @@ mod coast;
 mod skerries;
 mod breach;
 mod dunes;
+mod free_ground;
+mod ground_forms;
+mod ice_sheet;
 mod water;
 mod node_means;
 mod stages;
@@ -102,6 +104,7 @@ pub use dunes::COVERS as SAND_COVERS;
 use dunes::Dunes;
 use fields::{DEEPEST_RIVER_M, Fields};
 use glacier::Glaciers;
+use ground_forms::GroundForms;
 use gullies::Gullies;
 use moraine::Moraines;
 use network::Network;
@@ -136,6 +139,7 @@ pub struct Fluvial {
     cones: Option<VolcanicCones>,
     glaciers: Option<Glaciers>,
     dunes: Option<Dunes>,
+    ground_forms: Option<GroundForms>,
     lift: Lift,
     rivers: RiverMemories,
     names: Option<Names>,
@@ -211,6 +215,7 @@ impl Fluvial {
             cones: VolcanicCones::new(&fields, seed),
             glaciers: Glaciers::new(&fields, seed).filter(|_| shows(LARGE_M)),
             dunes: Dunes::new(&fields, seed),
+            ground_forms: GroundForms::new(&fields, seed),
             lift: Lift::new(&fields, seed),
             rivers: RiverMemories::default(),
             names,

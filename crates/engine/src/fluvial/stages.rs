@@ -6,6 +6,7 @@ use super::coast;
 use super::detail::Detail;
 use super::gullies::{self, Gullies};
 use super::hillsides::Hillsides;
+use super::ice_sheet;
 use super::moraine;
 use super::segment::{Reach, Segments};
 use super::skerries::AreaSkerries;
@@ -79,8 +80,8 @@ impl Fluvial {
         Ok(Carved { nodes, hillsides, valleys })
     }
 
-    /// Adds the stages after valleys and gullies: moraines, barriers, volcanoes, glaciers, coast, breaches and
-    /// water.
+    /// Adds the stages after valleys and gullies: moraines, barriers, volcanoes, glaciers, coast, breaches,
+    /// water, dunes, small forms and ice sheets.
     fn fill_in(
         &self,
         segments: &Segments,
@@ -115,9 +116,14 @@ impl Fluvial {
         if let Some(dunes) = self.dunes.as_ref().filter(|_| hillsides.sand.any()) {
             clock.time(stage::DUNES, || dunes.raise(&self.fields, segments, &nodes, &mut land, clock))??;
         }
+        if let Some(forms) = &self.ground_forms {
+            let shape = || forms.shape(&self.fields, segments, &nodes, &mut land, clock);
+            clock.time(stage::GROUND_FORMS, shape)??;
+        }
         if let Some(water) = &mut land.water {
             water.ice_m = ice_m.map(|ice_m| ice_m.part(area));
         }
+        clock.time(stage::ICE_SHEETS, || ice_sheet::bury(&self.fields, &nodes, &mut land))?;
         Ok(land)
     }
 

@@ -79,6 +79,12 @@ pub trait Survey: Sync {
 
     /// Returns all pieces of rivers whose middle line touches `area`, in any order.
     fn rivers(&self, area: &Area) -> Vec<RiverPiece>;
+
+    /// Returns the share of the people who would live around a vertex in a mild climate that live there in its own, from
+    /// 0 to 1.
+    fn habitability(&self, _: [i64; 2]) -> f64 {
+        1.0
+    }
 }
 
 /// A survey, and the clock of the work that asks it.
@@ -155,6 +161,11 @@ struct SurveyBlock {
 heap_bytes!(SurveyBlock: heights_m, waters);
 
 impl Survey for Fluvial {
+    fn habitability(&self, [x, y]: [i64; 2]) -> f64 {
+        let Some(geography) = self.fields.geography() else { return 1.0 };
+        geography.settings_at(&[Point::at_vertex(x, y)])[0].habitability()
+    }
+
     fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
         self.sampled([x0, y0], sampling, (cols, rows), 0.0, |block| &block.heights_m)
     }

@@ -49,6 +49,14 @@ impl Fluvial {
     }
 }
 
+/// Makes the fields of the built-in world.
+pub(super) fn fields_of_world(seed: u64) -> Fields {
+    let (_, preset) = Preset::load("world").unwrap();
+    let metres_a_grain = preset.spacing_m / GRAINS as f64;
+    let geography = Arc::new(Geography::new(preset.geography.as_ref().unwrap(), metres_a_grain, seed));
+    Fields::new(&preset.fluvial.unwrap(), Some(geography), preset.spacing_m, preset.sea_level_m, seed)
+}
+
 fn relief(name: &str) -> Fluvial {
     seeded(name, 4)
 }

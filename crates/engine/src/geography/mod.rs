@@ -263,7 +263,7 @@ impl Geography {
     /// Returns the rocks of a country, given its land: massive ones in the cores of ranges and above all in worn ones,
     /// layered ones around them, volcanic ones where volcanoes are, and soft ones on plains.
     fn country(&self, land: &LandAtLarge) -> RockAtLarge {
-        let hilly = smooth(land.uplift / 0.12);
+        let hilly = 1.0 - land.flatness();
         let massive = 0.1 + hilly * (0.3 - 0.15 * land.youth);
         let layered = 0.4 + 0.3 * hilly * land.youth;
         let volcanic = 0.03 + 0.6 * land.volcanism;
@@ -318,7 +318,52 @@ impl Geography {
     }
 }
 
+/// Metres of height in which the land passes from that without to that with an ice sheet.
+const ICE_SHEET_M: f64 = 800.0;
+
+/// Mean temperatures of the warmest month in degrees Celsius between which a country becomes habitable; the share of
+/// people who live where it is colder, and where there is hardly any rain, by rivers; and the runoff in metres a year
+/// with which nobody lacks water.
+const COLD_SUMMER_C: [f64; 2] = [4.0, 14.0];
+const HUNTERS: f64 = 0.04;
+const OASES: f64 = 0.08;
+const FIELDS_RUNOFF_M: f64 = 0.08;
+
+/// Uplift from which on land counts as hilly.
+const HILLY: f64 = 0.12;
+
+impl Setting {
+    /// Returns the share, from 0 to 1, of an ice sheet that lay on the country in the ice age.
+    pub fn was_under_ice(&self) -> f64 {
+        self.above_snow_line(self.climate.ice_age_snow_line_m())
+    }
+
+    /// Returns the share, from 0 to 1, of an ice sheet that lies on the country.
+    pub fn is_under_ice(&self) -> f64 {
+        self.above_snow_line(self.climate.snow_line_m())
+    }
+
+    /// Returns the share of the people who would live there in a mild climate that live in this one, from 0 to 1: few
+    /// where summers are cold or rain does not suffice for fields, and none on ice.
+    pub fn habitability(&self) -> f64 {
+        let height_m = self.land.planned_m().max(0.0);
+        let warmest_c = self.climate.temperature_c(height_m) + self.climate.range_c() / 2.0;
+        let warm = smooth((warmest_c - COLD_SUMMER_C[0]) / (COLD_SUMMER_C[1] - COLD_SUMMER_C[0]));
+        let fields = OASES + (1.0 - OASES) * smooth(self.climate.runoff_m(height_m) / FIELDS_RUNOFF_M);
+        (1.0 - self.is_under_ice()) * (HUNTERS + (1.0 - HUNTERS) * warm) * fields
+    }
+
+    fn above_snow_line(&self, snow_line_m: f64) -> f64 {
+        smooth(0.5 - (snow_line_m - self.land.planned_m().max(0.0)) / ICE_SHEET_M)
+    }
+}
+
 impl LandAtLarge {
+    /// Returns the flatness of the country: from 0 in hills to 1 where nothing has risen.
+    pub fn flatness(&self) -> f64 {
+        1.0 - smooth(self.uplift / HILLY)
+    }
+
     fn of([continent, uplift, youth, rift, across, volcanism]: [f64; LAND_NUMBERS]) -> LandAtLarge {
         LandAtLarge { continent, uplift, youth, rift, across, volcanism }
     }

@@ -351,7 +351,7 @@ impl Realms {
         let margin = longest + 1;
         let side = block + 2 * margin;
         let corner = [i * block - margin, j * block - margin];
-        let window = Window { side, marked: self.marked(geography, kind, step, corner, side) };
+        let window = NodeWindow { side, marked: self.marked(geography, kind, step, corner, side) };
         let is_own = |node: i64| {
             let own = margin..margin + block;
             own.contains(&(node % side)) && own.contains(&(node / side))
@@ -385,7 +385,7 @@ impl Realms {
         kind: RealmKind,
         step: i64,
         corner: [i64; 2],
-        window: &Window,
+        window: &NodeWindow,
         part: &[i64],
         middle: i64,
     ) -> Option<Realm> {
@@ -509,12 +509,12 @@ fn spread(marked: &[bool], side: i64, by: i64) -> Vec<bool> {
 }
 
 /// A square of nodes, some of them marked. Nodes are numbered row by row.
-struct Window {
+struct NodeWindow {
     side: i64,
     marked: Vec<bool>,
 }
 
-impl Window {
+impl NodeWindow {
     /// Returns the connected parts of the marked nodes.
     fn parts(&self) -> Vec<Vec<i64>> {
         let mut left = self.marked.clone();

@@ -49,6 +49,13 @@ pub struct RockAtPlace {
     pub beds_m: f64,
 }
 
+impl RockAtPlace {
+    /// Returns the share of limestone in the rock, from 0 to 1.
+    pub fn limestone_share(&self) -> f64 {
+        self.shares[RockKind::Layered as usize] * self.limestone
+    }
+}
+
 /// The shares of rocks that a country has at large, and how its beds lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RockAtLarge {

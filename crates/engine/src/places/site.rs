@@ -135,6 +135,10 @@ pub(super) fn seat(
         return Ok(None);
     }
     let scale = &plans.coarse.scale;
+    let middle = [id.i, id.j].map(|cell| cell * scale.side + scale.side / 2).map(|node| node * scale.step);
+    if luck >= settings.density * land.survey.habitability(middle) {
+        return Ok(None);
+    }
     let range = WaterRange::new(settings.site_m);
     let [edge, count] = settled_nodes(scale);
     // A margin around the cell as wide as waters matter to a position, less the distance that positions keep off the

@@ -3,6 +3,7 @@
 //! ```text
 //! World, Scale --> terrain.rs   land at the nodes that the scale needs, and at the pixels between
 //!                  relief.rs    tints, materials of the ground, light and shadow; sky.rs open sky, cast shadows
+//!                  climate_colours.rs   colours of the ground by climate
 //!                  signs.rs     strokes on rock and slopes, stones of scree
 //! Style (TOML) --> contour_lines.rs   contours; outlines.rs adds their numbers
 //!                  drawing.rs   rivers, lakes, roads and settlements as lines and areas in pixels; houses.rs
@@ -22,6 +23,7 @@ pub mod atlas;
 pub(crate) mod colour;
 mod canvas;
 mod chart;
+mod climate_colours;
 mod climb;
 pub(crate) mod contour_lines;
 mod drawing;

@@ -5,6 +5,7 @@ use glam::DVec2;
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::grid::Grid;
+use crate::map::climate_colours::add_changes;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
 use crate::map::scale::Scale;
 use crate::map::signs::REACH;
@@ -35,6 +36,8 @@ pub(super) struct ShadedRelief {
     tints: Tints,
     /// Colours of the materials, and the visible share of each per unit of weight (255 is all of the ground).
     covers: [([f32; 3], f32); 8],
+    /// Strength with which the colours of the ground differ by climate, 0 to 1.
+    by_climate: f32,
     lamp: Lamp,
     has_stones: bool,
     /// True if biomes give land its colours, in place of heights.
@@ -110,7 +113,8 @@ impl ShadedRelief {
         let has_stones = style.signs.are_drawn(denominator);
         let is_by_biome = style.tint.by == TintBy::Biome;
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
-        ShadedRelief { tints, covers, lamp, has_stones, is_by_biome, sky }
+        let by_climate = style.cover.by_climate as f32;
+        ShadedRelief { tints, covers, by_climate, lamp, has_stones, is_by_biome, sky }
     }
 
     /// Height in metres up to which a soft shore may reach: where the lowest land of some pixels is lower, they may
@@ -171,7 +175,11 @@ impl ShadedRelief {
             true => Grid::filled(area, 0.0),
             false => terrain.at_pixels(&plane, area),
         };
-        let covers = self.covers_of(&nodes.ground, &nodes.cover).map(at_pixels);
+        let mut covers = self.covers_of(&nodes.ground, &nodes.cover);
+        if self.by_climate > 0.0 {
+            add_changes(&mut covers, &nodes, terrain.world(), self.by_climate);
+        }
+        let covers = covers.map(at_pixels);
         let snow = at_pixels(share_of(&nodes, Material::Snow));
         let stones = self.has_stones.then(|| {
             [Material::Rock, Material::Scree]

@@ -171,6 +171,11 @@ pub struct CoverStyle {
     pub scree: Cover,
     /// Wet ground.
     pub wetland: Cover,
+    /// Strength, 0 to 1, with which these colours differ by climate: with 1, grass is straw in steppes, and forest dark
+    /// green in the tropics. A world without a geography has the same colours everywhere. Default: 0.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1))]
+    pub by_climate: f64,
 }
 
 /// Appearance of a material of the ground.
