@@ -173,8 +173,8 @@ impl Tributaries {
         channel
     }
 
-    /// Lets the water of a tributary sink into the ground of volcanoes: where it runs there and above, and everywhere if it
-    /// joins a channel that is dry because of that.
+    /// Lets the water of a tributary sink into the ground of volcanoes: where it runs there and above, and everywhere if
+    /// it joins a channel that is dry because of that.
     fn sink_in(&self, channel: &mut Channel, above: &impl AsksAbove) {
         // No tributary is as long as the distance up to which these are known.
         let volcanoes = self.fields.volcanoes_near(channel.knots[0].at);

@@ -98,8 +98,8 @@ pub fn curve(fields: &Fields, nodes: &Look, id: NodeId, share: f64) -> Option<Ch
     Some(trunk)
 }
 
-/// Returns the height in metres of a trunk's bed at its upper node. A volcano stands as high as all nodes around it, but
-/// no higher than `most_m`: nothing flows to it, so this concerns its own trunk alone.
+/// Returns the height in metres of a trunk's bed at its upper node. A volcano stands as high as all nodes around it,
+/// but no higher than `most_m`: nothing flows to it, so this concerns its own trunk alone.
 pub fn head_m(fields: &Fields, nodes: &Look, id: NodeId, most_m: f64) -> f64 {
     let own_m = nodes.drained(id).level_m;
     if fields.volcano_at(id).is_none() {

@@ -1,9 +1,9 @@
 //! The cones of volcanoes, which rise upon land that valleys have shaped: craters, ravines, lava flows, cinder cones.
 //!
 //! A cone raises the land by a function of the offset from its volcano's middle, but by nothing at the bed of a channel
-//! with water. All channels within its foot are dry, so this concerns a river that leaves a caldera, and others that come
-//! near. Every part of a cone falls away from its middle, but for the rims of craters, and each crater has a gap: water
-//! stands nowhere on it.
+//! with water. All channels within its foot are dry, so this concerns a river that leaves a caldera, and others that
+//! come near. Every part of a cone falls away from its middle, but for the rims of craters, and each crater has a gap:
+//! water stands nowhere on it.
 //!
 //! To judge the numbers chosen by eye, look at hillshades of volcanoes, 20 km wide.
 
@@ -21,7 +21,7 @@ use super::warp::Displaced;
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::geometry::{LineSegment, lerp, smooth};
-use crate::grain_point::Point;
+use crate::grain_point::{Point, padded};
 use crate::hash::{self, Stream};
 use crate::noise::point_noise::{PointField, PointNoise};
 use crate::stop::Stopped;
@@ -41,8 +41,8 @@ const CINDER_RIM: f64 = 0.3;
 const LOBES: f64 = 0.12;
 const LOBE_COUNT: f64 = 4.0;
 
-/// The ravines around a cone in three sets: their number, about; the share of the foot's distance from which on they are
-/// cut, and on which they deepen; and their depth as a share of that of the first.
+/// The ravines around a cone in three sets: their number, about; the share of the foot's distance from which on they
+/// are cut, and on which they deepen; and their depth as a share of that of the first.
 const RAVINES: [[f64; 4]; 3] = [[8.0, 0.06, 0.4, 1.0], [21.0, 0.2, 0.3, 0.7], [47.0, 0.4, 0.25, 0.4]];
 
 /// Waves around a cone of the beginning of its ravines, and the greatest part of chance in it.
@@ -59,8 +59,9 @@ const RAVINE_HALF: [f64; 2] = [0.13, 0.34];
 const BEND_WAVE_M: f64 = 2400.0;
 const BEND: f64 = 0.07;
 
-/// Slope of the floor of a crater's gap.
+/// Slope of the floor of a crater's gap, and the length over which it falls, in radii of the rim.
 const GAP_SLOPE: f64 = 0.06;
+const GAP_RIMS: f64 = 3.0;
 
 /// Distance from the bed of a channel with water over which a cone fades, in heights of the cone.
 const BANKS: f64 = 1.7;
@@ -126,7 +127,8 @@ fn bowl_m(off: DVec2, rim_m: f64, gap: DVec2, wall: f64) -> [f64; 2] {
     let depth_m = wall * (rim_m - floor_m);
     let from_m = if along_m > 0.0 { gap.perp_dot(off).abs() } else { off.length() };
     let floor_m = floor_m * (1.0 - 0.6 * smooth(along_m / rim_m));
-    [depth_m, wall * (from_m - floor_m).max(0.0) - GAP_SLOPE * along_m.max(0.0)]
+    // The gap ends where the side of the cone has come down to it, and falls no further.
+    [depth_m, wall * (from_m - floor_m).max(0.0) - GAP_SLOPE * along_m.clamp(0.0, GAP_RIMS * rim_m)]
 }
 
 impl CinderCone {
@@ -193,8 +195,8 @@ impl VolcanicCones {
         })
     }
 
-    /// Raises the land at an area's nodes by the cones of volcanoes. Returns the metres at each node; `None` if no volcano
-    /// is near.
+    /// Raises the land at an area's nodes by the cones of volcanoes. Returns the metres at each node; `None` if no
+    /// volcano is near.
     pub fn raise(
         &self,
         segments: &Segments,
@@ -232,7 +234,7 @@ impl VolcanicCones {
         let [low, high] = [[x0, y0], [x1, y1]].map(|[x, y]| Point::at_vertex(x * nodes.step, y * nodes.step));
         // No cone is wider than the distance between trunks, and no node is displaced by as much.
         let most = 2.0 * self.fields.side(0) as f64;
-        self.fields.volcanoes_in(crate::grain_point::padded([low, high], most))
+        self.fields.volcanoes_in(padded([low, high], most))
     }
 
     /// Returns the share of a cone's height that a node gets: 0 at the bed of a channel with water.

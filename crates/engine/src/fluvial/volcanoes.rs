@@ -21,8 +21,8 @@ use crate::grain_point::Point;
 use crate::hash::{self, Stream};
 use crate::memory::{Memory, Remembers, heap_bytes};
 
-/// Nodes of the trunk lattice a side of a volcano's cell: one volcano stands in a cell, at most. And the nodes of these,
-/// on each axis, that may have it, so that two nodes lie between two volcanoes.
+/// Nodes of the trunk lattice a side of a volcano's cell, in which one volcano stands at most; and the number of them on
+/// each axis that may have it, so that volcanoes stand two nodes apart and more.
 const CELL: i64 = 4;
 const NODES: i64 = 3;
 
@@ -184,8 +184,8 @@ const CINDER_FIELD: KindSizes = KindSizes {
     bed_slope: 0.015,
 };
 
-/// Slope of hillsides within the foot of a volcano, below its cone: so gentle that the cone gives the land its shape, and
-/// steeper than the country falls from one side of the volcano to the other, where brooks would find no room.
+/// Slope of hillsides within the foot of a volcano, below its cone: so gentle that the cone gives the land its shape,
+/// and steeper than the country falls from one side of the volcano to the other, where brooks would find no room.
 const CORE_HILL_SLOPE: f64 = 0.15;
 
 impl VolcanoKind {
