@@ -273,6 +273,24 @@ mod tests {
     }
 
     #[test]
+    fn trees_stand_alone_in_savannas_and_not_in_cold_steppes() {
+        let world = earth();
+        let places = places(&world);
+        let of = |score: fn(&PlaceClimate, f64) -> f64| {
+            let id = plain(&places, score);
+            let Area { x0, y0, .. } = id.area(world.tile_cells());
+            let height_m = places.iter().find(|(other, _)| *other == id).unwrap().1.land.planned_m() as f32;
+            let heights = Grid::filled(Area::new(x0, y0, 1, 1), height_m);
+            let climate = GroundClimate::new(&world, &heights, heights.area()).unwrap();
+            climate.savanna_and_steppe(height_m, x0, y0)
+        };
+        let [savanna, steppe] = of(|climate, drought| (drought - 2.2).abs() + (25.0 - climate.mean_c).max(0.0));
+        assert!(savanna > 0.8 && steppe < 0.1, "{savanna}, {steppe}");
+        let [savanna, steppe] = of(|climate, drought| (drought - 4.0).abs() + (climate.mean_c - 10.0).max(0.0));
+        assert!(savanna < 0.1 && steppe > 0.8, "{savanna}, {steppe}");
+    }
+
+    #[test]
     fn vertices_have_one_climate_in_all_areas_and_about_the_same_at_all_strides() {
         let world = earth();
         let of = |world: &World, area: Area| {
