@@ -4,7 +4,10 @@
 //! plants. Based on: the descriptions of biomes by H. Walter and S.-W. Breckle, Ecological systems of the geobiosphere,
 //! 1985 to 1989, with one common plant for many rare ones.
 
-use crate::geography::biome::Biome;
+use crate::geography::biome::Biome::{
+    self, Af, Am, Aw, BSh, BSk, BWh, BWk, Cfa, Cfb, Cfc, Csa, Csb, Csc, Cwa, Cwb, Cwc, Dfa, Dfb, Dfc, Dfd, Dsa, Dsb,
+    Dsc, Dsd, Dwa, Dwb, Dwc, Dwd, EF, ET,
+};
 use crate::tile::Growth;
 
 /// A plant, or a loose rock, of which an artist has a model.
@@ -84,7 +87,6 @@ const COTTON_GRASS: Plant = plant("cotton-grass", 0.2, 0.5);
 const LICHEN: Plant = plant("lichen", 0.02, 0.1);
 
 fn trees(biome: Biome) -> Mix {
-    use Biome::*;
     match biome {
         Af => &[(RAIN_FOREST_TREE, 85), (PALM, 15)],
         Am => &[(RAIN_FOREST_TREE, 50), (TEAK, 35), (PALM, 15)],
@@ -115,7 +117,6 @@ fn trees(biome: Biome) -> Mix {
 }
 
 fn shrubs(biome: Biome) -> Mix {
-    use Biome::*;
     match biome {
         Af => &[(TREE_FERN, 70), (BAMBOO, 30)],
         Am => &[(BAMBOO, 60), (TREE_FERN, 40)],
@@ -142,7 +143,6 @@ fn shrubs(biome: Biome) -> Mix {
 }
 
 fn grasses(biome: Biome) -> Mix {
-    use Biome::*;
     match biome {
         Af | Am => &[(FERN, 100)],
         Aw => &[(SAVANNA_GRASS, 100)],
