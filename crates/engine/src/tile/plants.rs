@@ -1,8 +1,7 @@
 //! Plants: the species, or groups of species that look alike, that trees, shrubs and grass are in each biome.
 //!
-//! Each biome has a short list for each kind of growth, with the share of each plant in it. Heights are those of grown
-//! plants. Based on: the descriptions of biomes by H. Walter and S.-W. Breckle, Ecological systems of the geobiosphere,
-//! 1985 to 1989, with one common plant for many rare ones.
+//! Each biome has a short list for each kind of growth, with the share of each plant in it: common plants of such places
+//! on Earth, one for many that look like it. Heights are those of grown plants. Shares are rough, and from no source.
 
 use crate::geography::biome::Biome::{
     self, Af, Am, Aw, BSh, BSk, BWh, BWk, Cfa, Cfb, Cfc, Csa, Csb, Csc, Cwa, Cwb, Cwc, Dfa, Dfb, Dfc, Dfd, Dsa, Dsb,
@@ -208,11 +207,11 @@ mod tests {
         let names = |biome| -> Vec<&str> {
             (0..1000).map(|n| Plant::of(Growth::Tree, biome, f64::from(n) / 1000.0).name).collect()
         };
-        for biome in [Biome::Dfc, Biome::Dfd, Biome::Dwc, Biome::Dsd] {
+        for biome in [Dfc, Dfd, Dwc, Dsd] {
             let names = names(biome);
             let conifers = names.iter().filter(|name| ["spruce", "larch", "fir", "pine"].contains(name)).count();
             assert!(conifers > 800 && !names.contains(&"palm"), "{biome:?}: {conifers}");
         }
-        assert!(names(Biome::Af).contains(&"palm"));
+        assert!(names(Af).contains(&"palm"));
     }
 }
