@@ -10,6 +10,7 @@ use terrane::area::{Area, Region, Stride, TileId};
 use terrane::clock::Clock;
 use terrane::export::{Export, Mode, Output, Plan};
 use terrane::geography::biome::Biome;
+use terrane::geography::climate::PlaceClimate;
 use terrane::grain_point::{GRAINS, Point};
 use terrane::land::WaterKind;
 use terrane::map::Chart;
@@ -17,7 +18,7 @@ use terrane::map::scale::Scale;
 use terrane::map::style::Style;
 use terrane::preset::Preset;
 use terrane::recipe::source::RecipeSources;
-use terrane::tile::{Tile, TileView};
+use terrane::tile::{Grows, Growth, Instance, Tile, TileView, instances};
 use terrane::watch::Watch;
 use terrane::world::World;
 
@@ -186,4 +187,96 @@ fn nodes_of_a_stride_have_the_climates_of_their_vertices() {
     let places: Vec<Point> = (x0..x0 + 5).map(|x| Point::at_vertex(4 * x, 4 * y0)).collect();
     let climates: Vec<_> = row.into_iter().map(|(climate, _)| climate).collect();
     assert_eq!(climates, whole().geography().unwrap().climates(&places));
+}
+
+/// Returns vertices on plains within the land, 250 km from each other, in the order of their scores, which follow from
+/// the climate and the planned height in metres.
+fn plains(score: fn(&PlaceClimate, f64) -> f64) -> Vec<[i64; 2]> {
+    let places: Vec<[i64; 2]> = Area::new(-24, -20, 49, 61).vertices().map(|(x, y)| [x * 25_000, y * 25_000]).collect();
+    let points: Vec<Point> = places.iter().map(|[x, y]| Point::at_vertex(*x, *y)).collect();
+    let settings = whole().geography().unwrap().settings_at(&points);
+    let plains = places.into_iter().zip(settings).filter(|(_, at)| at.land.continent > 0.1 && at.land.uplift < 0.05);
+    let mut scored: Vec<(f64, [i64; 2])> =
+        plains.map(|(place, at)| (score(&at.climate, at.land.planned_m()), place)).collect();
+    scored.sort_by(|one, other| one.0.total_cmp(&other.0));
+    scored.into_iter().map(|(_, place)| place).collect()
+}
+
+/// Returns what stands on a tile.
+fn standing(world: &World, id: TileId) -> Vec<Instance> {
+    instances(world, &Grows::new(world), &Tile::new(world, id))
+}
+
+#[test]
+fn plants_are_those_of_the_place() {
+    let taiga = plains(|climate, height_m| match climate.biome(height_m) {
+        Biome::Dfc | Biome::Dwc => (climate.temperature_c(height_m) - 1.0).abs(),
+        _ => f64::INFINITY,
+    });
+    let ids = taiga.iter().take(8).map(|[x, y]| TileId { x: x.div_euclid(64), y: y.div_euclid(64) });
+    let is_wooded = |found: &[Instance]| found.iter().filter(|it| it.growth == Growth::Tree).count() > 200;
+    let (id, found) =
+        ids.map(|id| (id, standing(whole(), id))).find(|(_, found)| is_wooded(found)).expect("taiga has woods");
+    let trees: Vec<&Instance> = found.iter().filter(|it| it.growth == Growth::Tree).collect();
+    let conifers = trees.iter().filter(|it| ["spruce", "fir", "pine", "larch"].contains(&it.plant.name)).count();
+    assert!(conifers * 10 > trees.len() * 6, "{conifers} of {} trees are conifers", trees.len());
+    assert!(found.iter().all(|it| !["palm", "acacia", "olive", "cactus"].contains(&it.plant.name)));
+    for it in &found {
+        let [low, high] = it.plant.heights_m;
+        assert!((low..=high).contains(&it.tall_m()), "{it:?}");
+    }
+    // The same plants in the same places of smaller tiles.
+    let (_, mut preset) = Preset::load("world").unwrap();
+    (preset.tile_cells, preset.places) = (32, None);
+    let small = World::new(preset, None).unwrap();
+    let east_south = standing(&small, TileId { x: 2 * id.x + 1, y: 2 * id.y + 1 });
+    let moved: Vec<Instance> =
+        east_south.into_iter().map(|it| Instance { place: it.place.map(|at| at + 32.0), ..it }).collect();
+    let own: Vec<Instance> = found.into_iter().filter(|it| it.place.iter().all(|at| *at >= 32.0)).collect();
+    assert_eq!(moved, own);
+}
+
+#[test]
+fn from_space_a_desert_is_red_and_yellow_and_a_rain_forest_dark_green() {
+    let (_, preset) = Preset::load("world").unwrap();
+    // Without light, so that the colours are bare.
+    let text = "extends = \"satellite\"\n[relief]\nstrength = 0\nhighlight = 0\ntexture = 0\n[water]\ndraw = false";
+    let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+    let scale = Scale { metres_per_pixel: 1000.0, pixels_per_mm: 4.0 };
+    let chart = Chart::new(&preset, None, style, scale).unwrap();
+    let mean = |[x, y]: [i64; 2]| {
+        let area = Area::new(x / 100 - 12, y / 100 - 12, 24, 24);
+        let clock = Clock::default();
+        let pixels = chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap();
+        [0, 1, 2].map(|channel| {
+            let sum: u32 = pixels.iter().skip(channel).step_by(3).map(|value| u32::from(*value)).sum();
+            sum / area.len() as u32
+        })
+    };
+    let desert = plains(|climate, height_m| match climate.biome(height_m) {
+        Biome::BWh => -climate.drought(height_m),
+        _ => f64::INFINITY,
+    });
+    let [red, green, blue] = mean(desert[0]);
+    assert!(red > 120 && red > green + 10 && green > blue + 10, "a desert has {red}, {green}, {blue}");
+    let forest = plains(|climate, height_m| match climate.biome(height_m) {
+        Biome::Af => climate.drought(height_m),
+        _ => f64::INFINITY,
+    });
+    let [red, green, blue] = mean(forest[0]);
+    assert!(green > red + 10 && green > blue + 10 && green < 100, "a rain forest has {red}, {green}, {blue}");
+}
+
+#[test]
+fn without_a_geography_colours_do_not_differ_by_climate() {
+    let (_, preset) = Preset::load("alps").unwrap();
+    let area = Area::new(0, 0, 32, 32);
+    let pixels = [0.0, 1.0].map(|by_climate| {
+        let mut style = Style::load("satellite").unwrap();
+        style.cover.by_climate = by_climate;
+        let scale = Scale { metres_per_pixel: 100.0, pixels_per_mm: 4.0 };
+        let (chart, clock) = (Chart::new(&preset, None, style, scale).unwrap(), Clock::default());
+        chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap()
+    });
+    assert_eq!(pixels[0], pixels[1]);
 }

@@ -300,7 +300,7 @@ fn instances_are_written_where_they_stand() {
         let expected = instances(world, &grows, &tile);
         let text = fs::read_to_string(folder.path().join(&file.path)).unwrap();
         let mut lines = text.lines();
-        assert_eq!(lines.next(), Some("kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale"));
+        assert_eq!(lines.next(), Some("kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale,plant,tall_m"));
         let lines: Vec<&str> = lines.collect();
         assert_eq!(lines.len(), expected.len());
         for (line, (it, [east, south])) in lines.iter().zip(expected.iter().zip(placed(&tile, &expected))) {
@@ -314,6 +314,8 @@ fn instances_are_written_where_they_stand() {
             near(3, south - origin[1] as f64 * spacing_m);
             near(4, east);
             near(5, -south);
+            assert_eq!(cells[8], it.growth.name());
+            assert!((number(9) - it.tall_m()).abs() < 0.006, "{line}");
             rows += 1;
         }
     }

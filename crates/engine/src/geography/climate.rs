@@ -73,7 +73,7 @@ const MONTHS: [f64; 12] =
 const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
 
 /// Degrees Celsius by which air is colder for each metre of height: the standard atmosphere's.
-const LAPSE: f64 = 0.0065;
+pub(crate) const LAPSE: f64 = 0.0065;
 
 /// Height and depth in metres of the planned land beyond which a place is land or sea alone.
 const SHORE_M: f64 = 80.0;

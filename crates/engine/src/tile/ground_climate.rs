@@ -6,7 +6,7 @@
 use crate::area::Area;
 use crate::fluvial::SAND_COVERS;
 use crate::geography::Setting;
-use crate::geography::climate::PlaceClimate;
+use crate::geography::climate::{LAPSE, PlaceClimate};
 use crate::grain_point::Point;
 use crate::grid::{Grid, between_corners, corners};
 use crate::simd::Simd;
@@ -38,6 +38,15 @@ const STEPPE: [f32; 2] = [1.5, 6.0];
 /// called arid (UNEP, World atlas of desertification, 1992), and of 0.1.
 const DESERT: [f32; 2] = [5.0, 10.0];
 
+/// Mean temperatures in degrees Celsius from which on trees stand far apart in grass where it is dry, and at which they
+/// do so most; and droughts at which such a savanna begins and is complete.
+const SAVANNA_C: [f32; 2] = [18.0, 23.0];
+const SAVANNA: [f32; 2] = [0.8, 1.6];
+
+/// Droughts at which single trees in the grass grow rare and at which none is left, first where it is cold, then where
+/// it is hot: trees of savannas stand more drought.
+const TREELESS: [[f32; 2]; 2] = [[2.0, 3.5], [3.5, 6.0]];
+
 /// Metres above the tree line at which the ground of the tundra is as bare as it gets, and its share that is then bare.
 const TUNDRA_M: f32 = 1200.0;
 const TUNDRA: f32 = 0.8;
@@ -49,6 +58,8 @@ pub(crate) struct GroundClimate {
     /// Heights in metres above which snow stays, and above which no trees grow; drought; and the share of ground that a
     /// sand sea covers.
     numbers: [Vec<f32>; 4],
+    /// Mean temperatures in degrees Celsius at height 0.
+    means_c: Vec<f32>,
 }
 
 /// The climate of the ground at some vertices of a row.
@@ -97,7 +108,8 @@ impl GroundClimate {
         let snow_line_m = table(&|climate| climate.snow_line_m() + sea_level_m);
         let tree_line_m = table(&|climate| climate.tree_line_m() + sea_level_m);
         let sand_sea = table_of(&|setting| (setting.sand / SAND_COVERS).min(1.0));
-        Some(GroundClimate { area, numbers: [snow_line_m, tree_line_m, drought, sand_sea] })
+        let means_c = table(&|climate| climate.temperature_c(-sea_level_m));
+        Some(GroundClimate { area, numbers: [snow_line_m, tree_line_m, drought, sand_sea], means_c })
     }
 
     /// Returns row `y` of snow line, tree line, drought and the share of a sand sea.
@@ -113,7 +125,17 @@ impl GroundClimate {
 
     /// Returns the share of a desert at a vertex.
     pub fn desert(&self, x: i64, y: i64) -> f32 {
-        ((self.numbers[2][self.area.index(x, y)] - DESERT[0]) / (DESERT[1] - DESERT[0])).clamp(0.0, 1.0)
+        position(self.numbers[2][self.area.index(x, y)], DESERT)
+    }
+
+    /// Returns the shares of a savanna and of a steppe without trees at a vertex, given its height in metres.
+    pub fn savanna_and_steppe(&self, height_m: f32, x: i64, y: i64) -> [f32; 2] {
+        let at = self.area.index(x, y);
+        let drought = self.numbers[2][at];
+        let warm = position(self.means_c[at] - LAPSE as f32 * height_m, SAVANNA_C);
+        let [cold, hot] = TREELESS;
+        let treeless = [0, 1].map(|end| cold[end] + (hot[end] - cold[end]) * warm);
+        [warm * position(drought, SAVANNA), position(drought, treeless)]
     }
 }
 
@@ -169,6 +191,11 @@ impl<S: Simd> LaneClimate<S> {
 }
 
 /// Returns the position of a value between two others: 0 at the first and before, 1 at the second and beyond.
+fn position(value: f32, [from, to]: [f32; 2]) -> f32 {
+    ((value - from) / (to - from)).clamp(0.0, 1.0)
+}
+
+/// Returns the same positions for lanes.
 #[inline(always)]
 fn rise<S: Simd>(simd: S, value: S::F32, [from, to]: [f32; 2]) -> S::F32 {
     clamp(simd, (value - simd.splat(from)) * simd.splat(1.0 / (to - from)))
@@ -243,6 +270,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn trees_stand_alone_in_savannas_and_not_in_cold_steppes() {
+        let world = earth();
+        let places = places(&world);
+        let of = |score: fn(&PlaceClimate, f64) -> f64| {
+            let id = plain(&places, score);
+            let Area { x0, y0, .. } = id.area(world.tile_cells());
+            let height_m = places.iter().find(|(other, _)| *other == id).unwrap().1.land.planned_m() as f32;
+            let heights = Grid::filled(Area::new(x0, y0, 1, 1), height_m);
+            let climate = GroundClimate::new(&world, &heights, heights.area()).unwrap();
+            climate.savanna_and_steppe(height_m, x0, y0)
+        };
+        let [savanna, steppe] = of(|climate, drought| (drought - 2.2).abs() + (25.0 - climate.mean_c).max(0.0));
+        assert!(savanna > 0.8 && steppe < 0.1, "{savanna}, {steppe}");
+        let [savanna, steppe] = of(|climate, drought| (drought - 4.0).abs() + (climate.mean_c - 10.0).max(0.0));
+        assert!(savanna < 0.1 && steppe > 0.8, "{savanna}, {steppe}");
     }
 
     #[test]

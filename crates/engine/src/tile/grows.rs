@@ -6,8 +6,9 @@
 //!
 //! ```text
 //! moist = (wetness - 4) / 6, low = 1 below the tree line, even = from 0 at 50 degrees to 1 at 35, each 0 to 1
-//! soil  = dirt * (1 - desert), of which there is as much as of dirt in a world without a geography
-//! tree  = (forest + grass * low * (0.02 + 0.13 * moist)) * even
+//! soil  = dirt * (1 - 0.95 * desert), of which there is as much as of dirt in a world without a geography
+//! lone  = 0.02 there; with a geography up to 0.15 in savannas, and 0 in steppes and deserts
+//! tree  = (forest + grass * low * (lone + 0.13 * moist)) * even
 //! shrub = (0.3 * forest + 0.4 * wetland * low
 //!          + (0.25 * soil + grass * (0.06 + 0.2 * moist)) * (0.3 + 0.7 * low)) * even
 //! grass = grass + 0.8 * wetland + 0.3 * soil + 0.25 * forest
@@ -76,6 +77,10 @@ const BED: f32 = 0.999;
 
 /// Slopes in metres up a metre, at 35 and 50 degrees: between them the ground becomes too steep for growth.
 const STEEP: [f32; 2] = [0.7, 1.19];
+
+/// Density of single trees on grass, and in savannas, where it is 9 trees a hectare.
+const LONE: f32 = 0.02;
+const LONE_IN_SAVANNA: f32 = 0.15;
 
 /// The rule that gives the densities of growth in a world.
 #[derive(Debug)]
@@ -147,8 +152,13 @@ impl<'a> Grows<'a> {
         let even = ((STEEP[1] - slope) / (STEEP[1] - STEEP[0])).clamp(0.0, 1.0);
         let high = 0.3 + 0.7 * low;
         let desert = climate.map_or(0.0, |climate| climate.desert(x, y));
-        let soil = dirt * (1.0 - desert);
-        let tree = (forest + grass * low * (0.02 + 0.13 * moist)) * even;
+        let soil = dirt * (1.0 - 0.95 * desert);
+        let height_m = tile.heights().at(x, y);
+        let lone = climate.map_or(LONE, |climate| {
+            let [savanna, steppe] = climate.savanna_and_steppe(height_m, x, y);
+            (LONE + (LONE_IN_SAVANNA - LONE) * savanna) * (1.0 - steppe)
+        });
+        let tree = (forest + grass * low * (lone + 0.13 * moist)) * even;
         let shrub = (0.3 * forest + 0.4 * wetland * low + (0.25 * soil + grass * (0.06 + 0.2 * moist)) * high) * even;
         let herbs = grass + 0.8 * wetland + 0.3 * soil + 0.25 * forest;
         let stones = scree + (0.6 * rock + 0.15 * dirt) * even + 0.04 * grass;

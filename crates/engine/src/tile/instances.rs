@@ -6,14 +6,19 @@
 //! know what stands on its neighbour. Each candidate that stays becomes a tree, a shrub, a tuft, a rock or nothing, by
 //! the densities at its place.
 //!
+//! In a world with a geography each is a plant of the biome at its place. Chance moves the temperature there by up to
+//! 1.5 degrees and rain by up to 15 in a hundred, so that plants of two biomes mingle where these meet.
+//!
 //! Based on: the dart throwing of R. L. Cook, "Stochastic sampling in computer graphics", 1986, with ranks instead of
 //! an order of throws.
 
 use crate::area::Area;
+use crate::geography::climate::PlaceClimate;
 use crate::geometry::{LineSegment, bilinear};
+use crate::grain_point::{GRAINS, Point};
 use crate::hash::{self, Stream};
 use crate::lines::{LineKind, StructureKind};
-use crate::tile::{Grows, Growth, Tile};
+use crate::tile::{Grows, Growth, Plant, Tile};
 use crate::world::World;
 
 /// A tree, shrub, tuft of grass or rock on a tile.
@@ -21,6 +26,8 @@ use crate::world::World;
 pub struct Instance {
     /// The kind of growth.
     pub growth: Growth,
+    /// The plant: one of the biome at the place, or [`Plant::any`] in a world without a geography.
+    pub plant: Plant,
     /// Position in vertices east and south of the tile's north-western corner.
     pub place: [f64; 2],
     /// Height of the land there in metres: the lower of the two ways to split a cell into triangles, so that nothing
@@ -28,9 +35,25 @@ pub struct Instance {
     pub height_m: f64,
     /// Rotation about the vertical in degrees, 0 to 360.
     pub yaw_deg: f64,
-    /// Size relative to the usual: 0.75 to 1.25.
+    /// Size relative to the usual: 0.75 up to 1.25.
     pub scale: f64,
 }
+
+/// Smallest and largest [`Instance::scale`].
+const SCALES: [f64; 2] = [0.75, 1.25];
+
+impl Instance {
+    /// Returns the height of the plant in metres. It grows with the scale, from the lowest such plant to the highest.
+    pub fn tall_m(&self) -> f64 {
+        let [low, high] = self.plant.heights_m;
+        low + (high - low) * (self.scale - SCALES[0]) / (SCALES[1] - SCALES[0])
+    }
+}
+
+/// Largest change of the temperature in degrees Celsius, and of the rain as a share, by which plants of a biome stand
+/// beyond its border.
+const MINGLE_C: f64 = 1.5;
+const MINGLE_RAIN: f64 = 0.15;
 
 /// Number of instances a hectare at the greatest density of each kind, in the order of [`Growth::ALL`]. There are fewer
 /// where vertices lie more than 14 m apart.
@@ -160,7 +183,7 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
     let ([i0, i1], east) = candidates.span(x0, x1 - 1);
     let ([j0, j1], south) = candidates.span(y0, y1 - 1);
     let scale = candidates.side() / f64::from(1 << PARTS);
-    let mut instances = Vec::new();
+    let (mut instances, mut ranks) = (Vec::new(), Vec::new());
     for (i, j) in (Area { x0: i0, y0: j0, x1: i1 + 1, y1: j1 + 1 }).vertices() {
         let candidate = candidates.of([i, j]);
         let parts = [((i - i0) << PARTS) + east + candidate.place[0], ((j - j0) << PARTS) + south + candidate.place[1]];
@@ -190,15 +213,41 @@ pub fn instances(world: &World, grows: &Grows, tile: &Tile) -> Vec<Instance> {
         }
         let height = |[x, y]: [usize; 2]| f64::from(tile.heights().at(x0 + (column + x) as i64, y0 + (row + y) as i64));
         let height_m = lower([[0, 0], [1, 0], [0, 1], [1, 1]].map(height), within);
+        ranks.push(candidate.rank);
         instances.push(Instance {
             growth,
+            plant: Plant::any(growth),
             place,
             height_m,
             yaw_deg: 360.0 * hash::share(hash::combine(candidate.rank, 1)),
-            scale: 0.75 + 0.5 * hash::share(hash::combine(candidate.rank, 2)),
+            scale: SCALES[0] + (SCALES[1] - SCALES[0]) * hash::share(hash::combine(candidate.rank, 2)),
         });
     }
+    choose_plants(world, tile, &mut instances, &ranks);
     instances
+}
+
+/// Gives instances of a tile the plants of their places, if the world has a geography. `ranks` are those of the
+/// candidates that they were.
+fn choose_plants(world: &World, tile: &Tile, instances: &mut [Instance], ranks: &[u64]) {
+    let Some(geography) = world.geography() else { return };
+    let (vertices, sea_level_m) = (world.stride().vertices(), world.preset().sea_level_m.unwrap_or(0.0));
+    let Area { x0, y0, .. } = tile.area();
+    let corner = Point::at_vertex(x0 * vertices, y0 * vertices);
+    let grains = (vertices * GRAINS) as f64;
+    let point = |it: &Instance| corner.moved(it.place.map(|at| at * grains).into());
+    let climates = geography.climates(&instances.iter().map(point).collect::<Vec<_>>());
+    for ((instance, rank), climate) in instances.iter_mut().zip(ranks).zip(climates) {
+        let chance = |number| hash::share(hash::combine(*rank, number));
+        let [warmer, wetter] = [3, 4].map(|number| 2.0 * chance(number) - 1.0);
+        let climate = PlaceClimate {
+            mean_c: climate.mean_c + MINGLE_C * warmer,
+            rain_mm: climate.rain_mm.map(|rain| rain * (1.0 + MINGLE_RAIN * wetter)),
+            ..climate
+        };
+        let biome = climate.biome((instance.height_m - sea_level_m).max(0.0));
+        instance.plant = Plant::of(instance.growth, biome, chance(5));
+    }
 }
 
 /// Returns the height at a place in a cell with these corners: the lower of the two ways to split the cell into

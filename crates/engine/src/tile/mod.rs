@@ -9,6 +9,7 @@ mod grows;
 mod instances;
 mod masks;
 mod normals;
+mod plants;
 mod rule;
 mod surface;
 mod surroundings;
@@ -22,6 +23,7 @@ pub use instances::most_instances;
 pub use instances::{A_HECTARE, Instance, instances, least_distance_m};
 pub use masks::{WETTEST, accumulation_input};
 pub use normals::Normals;
+pub use plants::Plant;
 pub use rule::GroundRule;
 #[cfg(feature = "gpu")]
 pub(crate) use rule::wgsl;

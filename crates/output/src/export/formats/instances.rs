@@ -4,7 +4,8 @@
 //! One CSV file per tile, with a header line. `x_m`, `y_m` and `z_m` are metres east, up and south of the origin of the
 //! meshes ([`splines`](super::splines) has what engines make of these axes); `east_m` and `north_m` are metres from the
 //! world's origin, the same in every region. `y_m` is the height in both. `yaw_deg` turns anticlockwise seen from
-//! above; `scale` is 1 on the average. [`A_HECTARE`](crate::tile::A_HECTARE) has the number of instances per hectare
+//! above; `scale` is 1 on the average. `plant` is a plant of the biome at the place, and `tall_m` its height in metres;
+//! in a world without a geography `plant` is the kind again. [`A_HECTARE`](crate::tile::A_HECTARE) has the number of instances per hectare
 //! where densities are 255.
 
 use std::path::{Path, PathBuf};
@@ -24,10 +25,10 @@ use crate::world::World;
 /// The folder of the files, inside the bake's folder.
 const FOLDER: &str = "instances";
 
-const HEADS: &str = "kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale\n";
+const HEADS: &str = "kind,x_m,y_m,z_m,east_m,north_m,yaw_deg,scale,plant,tall_m\n";
 
-/// Most bytes of a line: the longest kind, metres with three decimals on the furthest tiles, and the rest.
-const LINE_BYTES: u64 = 112;
+/// Most bytes of a line: the longest kind and plant, metres with three decimals on the furthest tiles, and the rest.
+const LINE_BYTES: u64 = 136;
 
 /// Instances, as a format: one text file per tile.
 pub(crate) struct Instances;
@@ -115,6 +116,10 @@ impl InstanceSink<'_> {
                 text.push(',');
                 push_decimal(&mut text, number, digits);
             }
+            text.push(',');
+            text.push_str(instance.plant.name);
+            text.push(',');
+            push_decimal(&mut text, instance.tall_m(), 2);
             text.push('\n');
         }
         text
