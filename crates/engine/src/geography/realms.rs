@@ -17,7 +17,7 @@ use super::biome::Biome;
 use super::climate::PlannedLand;
 use super::settings::GeographySettings;
 use super::spline::SplineLattice;
-use super::{Geography, LandAtLarge};
+use super::{Geography, LAND_NUMBERS, LandAtLarge};
 
 use crate::grain_point::Point;
 use crate::hash::{self, Stream};
@@ -129,7 +129,7 @@ pub(super) struct Realms {
     ground: Memory<PatchKey, Vec<u8>>,
     /// Biomes at near nodes, and the land that their climates depend on.
     biomes: Memory<PatchKey, Vec<u8>>,
-    land: SplineLattice<4>,
+    land: SplineLattice<LAND_NUMBERS>,
     traced: Memory<(RealmKind, i64, i64), Vec<Realm>>,
 }
 
@@ -455,7 +455,7 @@ impl Realms {
 /// The land of a geography, as known at near nodes.
 struct LandAfar<'a> {
     geography: &'a Geography,
-    land: &'a SplineLattice<4>,
+    land: &'a SplineLattice<LAND_NUMBERS>,
 }
 
 impl PlannedLand for LandAfar<'_> {
