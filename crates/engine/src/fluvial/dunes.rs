@@ -7,7 +7,7 @@
 //!
 //! Which kind there is follows from the sand and from the wind: where the wind comes from one side, crescents, or where
 //! there is more sand, ridges across it; where it swings between sides, lines along it; and where it comes from
-//! everywhere, stars. Where a phase changes faster, its dunes are lower, and where sand is steeper than it lies, it slides.
+//! everywhere, stars. Where a phase changes faster, its dunes are lower, and sand that is steeper than it lies slides.
 //!
 //! Dunes only add height, and none lies on water or near to it. They have hollows without outlet between them, as real
 //! ones do. So they come after breaches, and no river flows there. Seen from so far that a kind's shapes are lost, the
@@ -26,7 +26,7 @@ use crate::area::Area;
 use crate::clock::Clock;
 use crate::geometry::smooth;
 use crate::grain_point::Point;
-use crate::grid::{Grid, between_corners, corners};
+use crate::grid::{between_corners, corners};
 use crate::hash::{self, Stream};
 use crate::land::{Land, WaterKind};
 use crate::noise::point_noise::{PointField, PointNoise};
@@ -615,6 +615,7 @@ mod tests {
     use super::*;
     use crate::clock::Clock;
     use crate::geography::Geography;
+    use crate::grid::Grid;
     use crate::land::Water;
     use crate::preset::Preset;
 
