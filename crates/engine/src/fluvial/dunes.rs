@@ -43,7 +43,8 @@ const STEADY: f64 = 0.5;
 const PASSES: f64 = 0.08;
 const STEADY_M: f64 = 180e3;
 
-/// Sand that covers the ground; sand at which crescents give way to ridges, and narrow lines to wide ones; and sand with
+/// Sand that covers the ground; sand at which crescents give way to ridges, and narrow lines to wide ones; and sand
+/// with
 /// which dunes have their whole height.
 pub const COVERS: f64 = 0.06;
 const RIDGES: [f64; 2] = [0.22, 0.34];
@@ -51,7 +52,8 @@ const WIDE_LINES: [f64; 2] = [0.35, 0.55];
 const WHOLE: f64 = 0.6;
 
 /// Metres from the floor of a valley with a river, and half widths of the largest lakes from the middle of a lake, at
-/// which dunes begin, and metres over which they reach their height; and the same range in metres of height above the sea.
+/// which dunes begin, and metres over which they reach their height; and the same range in metres of height above the
+/// sea.
 const FREE: FreeGround = FreeGround { off_rivers_m: 150.0, off_lakes: 1.5, rise_m: 700.0 };
 const ABOVE_SEA_M: [f32; 2] = [1.0, 20.0];
 
@@ -523,7 +525,8 @@ fn strengths(sand: f64, steadiness: f64) -> [f64; 6] {
 /// Returns the height of a crescent at a place, in widths of the crescent, given the widths downwind from its middle,
 /// and half widths to the side.
 ///
-/// Its brink bends downwind to the tips of two horns. Before it, the land rises to the brink, as high as the crescent is
+/// Its brink bends downwind to the tips of two horns. Before it, the land rises to the brink, as high as the crescent
+/// is
 /// there, and behind it, falls with the slope of a slip face.
 fn crescent(downwind: f64, across: f64) -> f64 {
     let whole = 1.0 - across * across;
@@ -642,7 +645,8 @@ mod tests {
         heights
     }
 
-    /// Returns for each kind but the small dunes a vertex where it alone stands and is high, or as nearly so as a search
+    /// Returns for each kind but the small dunes a vertex where it alone stands and is high, or as nearly so as a
+    /// search
     /// of some deserts finds, with its strength.
     fn places(fields: &Fields, dunes: &Dunes) -> Vec<(usize, [i64; 2], f64)> {
         let mut best = [0, 1, 2, CRESCENT, STAR].map(|kind| (kind, [0, 0], 0.0));
