@@ -7,7 +7,7 @@
 //!
 //! Which kind there is follows from the sand and from the wind: where the wind comes from one side, crescents, or where
 //! there is more sand, ridges across it; where it swings between sides, lines along it; and where it comes from
-//! everywhere, stars. All shapes are as steep as sand lies. Where a phase changes faster, its dunes are lower.
+//! everywhere, stars. Where a phase changes faster, its dunes are lower, and sand that is steeper than it lies slides.
 //!
 //! Dunes only add height, and none lies on water or near to it. They have hollows without outlet between them, as real
 //! ones do. So they come after breaches, and no river flows there. Seen from so far that a kind's shapes are lost, the
@@ -43,7 +43,8 @@ const STEADY: f64 = 0.5;
 const PASSES: f64 = 0.08;
 const STEADY_M: f64 = 180e3;
 
-/// Sand that covers the ground; sand at which crescents give way to ridges, and narrow lines to wide ones; and sand with
+/// Sand that covers the ground; sand at which crescents give way to ridges, and narrow lines to wide ones; and sand
+/// with
 /// which dunes have their whole height.
 pub const COVERS: f64 = 0.06;
 const RIDGES: [f64; 2] = [0.22, 0.34];
@@ -51,7 +52,8 @@ const WIDE_LINES: [f64; 2] = [0.35, 0.55];
 const WHOLE: f64 = 0.6;
 
 /// Metres from the floor of a valley with a river, and half widths of the largest lakes from the middle of a lake, at
-/// which dunes begin, and metres over which they reach their height; and the same range in metres of height above the sea.
+/// which dunes begin, and metres over which they reach their height; and the same range in metres of height above the
+/// sea.
 const FREE: FreeGround = FreeGround { off_rivers_m: 150.0, off_lakes: 1.5, rise_m: 700.0 };
 const ABOVE_SEA_M: [f32; 2] = [1.0, 20.0];
 
@@ -63,6 +65,9 @@ const CORNERS: i64 = 32;
 const SHORTEST: f64 = 4.0;
 const STARS_SHORTEST: f64 = 8.0;
 const CRESCENTS_SHOW_M: f64 = 40.0;
+
+/// Nodes over which sand slides where it is steeper than a slip face.
+const SLIDES: usize = 8;
 
 /// Tangent of the angle of a slip face: 31 degrees.
 const SLIP: f64 = 0.6;
@@ -79,7 +84,7 @@ const CRESCENTS_MEAN_M: f64 = 0.6;
 const STARS_M: f64 = 1900.0;
 const STAR_HEIGHTS_M: [f64; 2] = [110.0, 190.0];
 const STAR_SLOPE: f64 = 0.38;
-const STARS_MEAN_M: f64 = 13.0;
+const STARS_MEAN_M: f64 = 8.0;
 
 /// Largest number of arms of a star.
 const ARMS: usize = 5;
@@ -192,7 +197,7 @@ impl Dunes {
         clock: &Clock,
     ) -> Result<(), Stopped> {
         let area = land.heights.area();
-        let wide = area.padded(1);
+        let wide = area.padded(SLIDES + 1);
         let Some(place) = self.wind_and_sand(fields, wide, nodes.step) else { return Ok(()) };
         clock.check()?;
         let points: Vec<Point> =
@@ -234,12 +239,15 @@ impl Dunes {
             }
         }
         clock.check()?;
+        let mut dune_m: Vec<f64> =
+            most_m.iter().zip(&added_m).map(|(most_m, added_m)| most_m.max(0.0) + added_m).collect();
+        slide(wide, node_m, &mut dune_m);
         let free = free_ground(fields, segments, nodes, area, &FREE);
         let sea_m = fields.sea_level_m() as f32;
         let kinds = land.water.as_ref().map(|water| &water.kind);
         for (x, y) in area.vertices() {
             let at = wide.index(x, y);
-            let dune_m = most_m[at].max(0.0) + added_m[at];
+            let dune_m = dune_m[at];
             if dune_m <= 0.0 || kinds.is_some_and(|kinds| kinds.at(x, y) != WaterKind::Dry) {
                 continue;
             }
@@ -435,8 +443,8 @@ impl CrestLines {
                 };
                 let east = 0.5 * (change(at + 1, at) + change(at, at - 1));
                 let south = 0.5 * (change(at + width, at) + change(at, at - width));
-                // The square of the factor by which crests are closer than elsewhere. Around an end they come together.
-                let closer = (east * east + south * south) * to_wave * to_wave;
+                // The factor by which crests are closer than elsewhere. Around an end they come together.
+                let closer = (east * east + south * south).sqrt() * to_wave;
                 let mut share = phases[at] - phases[at].floor();
                 if self.is_across && place.eastward[at] < 0.0 {
                     share = 1.0 - share;
@@ -517,7 +525,8 @@ fn strengths(sand: f64, steadiness: f64) -> [f64; 6] {
 /// Returns the height of a crescent at a place, in widths of the crescent, given the widths downwind from its middle,
 /// and half widths to the side.
 ///
-/// Its brink bends downwind to the tips of two horns. Before it, the land rises to the brink, as high as the crescent is
+/// Its brink bends downwind to the tips of two horns. Before it, the land rises to the brink, as high as the crescent
+/// is
 /// there, and behind it, falls with the slope of a slip face.
 fn crescent(downwind: f64, across: f64) -> f64 {
     let whole = 1.0 - across * across;
@@ -552,6 +561,25 @@ fn line_profile(share: f64) -> f64 {
     let off = share.min(1.0 - share);
     let (foot, crest) = ((1.0 - off / 0.36).max(0.0), (1.0 - off / 0.1).max(0.0));
     0.55 * foot * foot + 0.45 * crest
+}
+
+/// Lets sand slide where it is steeper than a slip face towards one of the eight nodes around: the higher node loses
+/// what is too much. The values of nodes within [`SLIDES`] nodes of the edge depend on where the edge is.
+fn slide(area: Area, node_m: f64, dune_m: &mut Vec<f64>) {
+    let width = area.width();
+    let [beside_m, aslant_m] = [SLIP * node_m, SLIP * node_m * std::f64::consts::SQRT_2];
+    let mut slid = dune_m.clone();
+    for _ in 0..SLIDES {
+        for row in 1..area.height() - 1 {
+            for at in row * width + 1..(row + 1) * width - 1 {
+                let beside = dune_m[at - 1].min(dune_m[at + 1]).min(dune_m[at - width]).min(dune_m[at + width]);
+                let north = dune_m[at - width - 1].min(dune_m[at - width + 1]);
+                let south = dune_m[at + width - 1].min(dune_m[at + width + 1]);
+                slid[at] = dune_m[at].min(beside + beside_m).min(north.min(south) + aslant_m);
+            }
+        }
+        std::mem::swap(dune_m, &mut slid);
+    }
 }
 
 /// Returns the angle of a vector in turns, from -0.5 to 0.5, within 0.0003.
@@ -590,6 +618,7 @@ mod tests {
     use super::*;
     use crate::clock::Clock;
     use crate::geography::Geography;
+    use crate::grid::Grid;
     use crate::land::Water;
     use crate::preset::Preset;
 
@@ -616,7 +645,8 @@ mod tests {
         heights
     }
 
-    /// Returns for each kind but the small dunes a vertex where it alone stands and is high, or as nearly so as a search
+    /// Returns for each kind but the small dunes a vertex where it alone stands and is high, or as nearly so as a
+    /// search
     /// of some deserts finds, with its strength.
     fn places(fields: &Fields, dunes: &Dunes) -> Vec<(usize, [i64; 2], f64)> {
         let mut best = [0, 1, 2, CRESCENT, STAR].map(|kind| (kind, [0, 0], 0.0));
@@ -647,10 +677,17 @@ mod tests {
             let side = 768;
             let near = raised(&fields, &dunes, Area::new(x, y, side, side), 1);
             let mut steepest: f32 = 0.0;
-            for (x, y) in near.area().vertices().filter(|(x, y)| *x > near.area().x0 && *y > near.area().y0) {
-                let slope = |u: i64, v: i64| (near.at(x, y) - near.at(u, v)) / fields.spacing_m() as f32;
-                let (east, south) = (slope(x - 1, y), slope(x, y - 1));
-                steepest = steepest.max((east * east + south * south).sqrt());
+            let inside = near.area().vertices().filter(|(x, y)| *x > near.area().x0 && *y > near.area().y0);
+            for (x, y) in inside.filter(|(x, _)| *x + 1 < near.area().x1) {
+                for (u, v, away) in [
+                    (x - 1, y, 1.0),
+                    (x, y - 1, 1.0),
+                    (x - 1, y - 1, std::f32::consts::SQRT_2),
+                    (x + 1, y - 1, std::f32::consts::SQRT_2),
+                ] {
+                    let rise = (near.at(x, y) - near.at(u, v)) / (away * fields.spacing_m() as f32);
+                    steepest = steepest.max(rise.abs());
+                }
             }
             let mean = |grid: &Grid<f32>| grid.values().iter().sum::<f32>() / grid.values().len() as f32;
             let most_m = near.values().iter().copied().fold(0.0, f32::max);
