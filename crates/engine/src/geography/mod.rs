@@ -23,6 +23,7 @@ mod turned_noise;
 mod plates;
 mod spline;
 pub mod rock;
+pub mod lithology;
 pub mod biome;
 pub mod climate;
 pub mod realms;

@@ -1,8 +1,9 @@
-//! Land and climate at large at a tile's vertices, in worlds that have a geography.
+//! Land, rock and climate at large at a tile's vertices, in worlds that have a geography.
 
 use crate::area::Area;
 use crate::geography::Geography;
 use crate::geography::climate::PlaceClimate;
+use crate::geography::lithology::Lithology;
 use crate::grain_point::Point;
 use crate::tile::TileView;
 
@@ -26,6 +27,14 @@ impl<'a> TileView<'a> {
     /// When the world has no geography.
     pub fn uplifts(self, row: Area) -> Vec<f64> {
         self.geography().land_at_large(&self.points(row)).into_iter().map(|land| land.uplift).collect()
+    }
+
+    /// Returns the rocks at the vertices of a row of the tile, an area one vertex high.
+    ///
+    /// # Panics
+    /// When the world has no geography.
+    pub fn lithologies(self, row: Area) -> Vec<Lithology> {
+        self.geography().settings_at(&self.points(row)).iter().map(Lithology::of).collect()
     }
 
     fn geography(self) -> &'a Geography {

@@ -14,7 +14,6 @@ use crate::clock::Clock;
 use crate::device::{Cpu, LandMaker};
 use crate::error::Error;
 use crate::features::sites::SiteFeature;
-use crate::geography::biome::Biome;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::contour_lines::interval_m;
@@ -31,7 +30,7 @@ use crate::map::sheet::LegendItem;
 use crate::map::style::{Colour, Style, TintBy};
 use crate::map::summits::PeakSource;
 use crate::map::symbols::{draw_peak, draw_site};
-use crate::map::terrain::{self, MapTerrain};
+use crate::map::terrain::{self, LandClass, MapTerrain};
 use crate::map::text::Quad;
 use crate::memory::Budget;
 use crate::places::site::SiteClass;
@@ -49,8 +48,8 @@ const BANKS: f64 = 1.5;
 /// Largest number of vertices per pixel at which the lines of agents are drawn.
 const AGENTS: f64 = 8.0;
 
-/// Square millimetres on paper of the least land of a biome that a legend explains.
-const LEAST_BIOME_MM2: f64 = 1.0;
+/// Square millimetres on paper of the least land of a class that a legend explains.
+const LEAST_CLASS_MM2: f64 = 1.0;
 
 /// Maps of a world in one style and scale.
 #[derive(Debug)]
@@ -86,8 +85,8 @@ pub struct Picture {
     writings: Vec<Writing>,
     /// The frame around the picture, if it has one.
     frame: Option<MapFrame>,
-    /// The biomes that the legend of the picture explains.
-    biomes: Vec<Biome>,
+    /// The classes of land that the legend of the picture explains.
+    classes: Vec<LandClass>,
 }
 
 #[expect(clippy::missing_errors_doc, reason = "the only error of what takes a clock is that this stops it")]
@@ -308,7 +307,7 @@ impl Chart {
         } else {
             draughtsman.draw(area, WIDEST as usize)?
         };
-        Ok(Picture { chart: Arc::clone(self), area, drawing, writings, frame, biomes: Vec::new() })
+        Ok(Picture { chart: Arc::clone(self), area, drawing, writings, frame, classes: Vec::new() })
     }
 }
 
@@ -323,10 +322,10 @@ impl Picture {
         self.chart
     }
 
-    /// Finds the biomes that a legend has to explain, if the picture is coloured by them.
-    pub(super) fn find_biomes(&mut self, clock: &Clock) -> Result<(), Stopped> {
+    /// Finds the classes of land that a legend has to explain, if the picture is coloured by them.
+    pub(super) fn find_classes(&mut self, clock: &Clock) -> Result<(), Stopped> {
         let chart = &self.chart;
-        if chart.style.tint.by != TintBy::Biome {
+        if chart.style.tint.by == TintBy::Height {
             return Ok(());
         }
         let sea_m = chart.world.preset().sea_level_m.map_or(f32::MIN, |level| level as f32);
@@ -334,23 +333,24 @@ impl Picture {
             clock.check()?;
             let nodes = chart.terrain.nodes(part, clock)?;
             let heights = chart.terrain.at_pixels(&nodes.heights, part);
-            let mut counts = BTreeMap::<Biome, usize>::new();
-            for (biome, height_m) in chart.terrain.biomes(&heights, part).into_iter().zip(heights.values()) {
+            let mut counts = BTreeMap::<LandClass, usize>::new();
+            let classes = chart.terrain.classes(chart.style.tint.by, &heights, part).into_iter().flatten();
+            for (class, height_m) in classes.zip(heights.values()) {
                 if *height_m >= sea_m {
-                    *counts.entry(biome).or_default() += 1;
+                    *counts.entry(class).or_default() += 1;
                 }
             }
             Ok(counts)
         };
         let parts: Vec<Area> = self.area.squares(BLOCK as usize).collect();
-        let mut counts = BTreeMap::<Biome, usize>::new();
-        for (biome, count) in
+        let mut counts = BTreeMap::<LandClass, usize>::new();
+        for (class, count) in
             parts.into_par_iter().map(count).collect::<Result<Vec<_>, Stopped>>()?.into_iter().flatten()
         {
-            *counts.entry(biome).or_default() += count;
+            *counts.entry(class).or_default() += count;
         }
-        let least = (LEAST_BIOME_MM2 * chart.scale.pixels_per_mm * chart.scale.pixels_per_mm) as usize;
-        self.biomes = counts.into_iter().filter(|(_, count)| *count >= least.max(1)).map(|(biome, _)| biome).collect();
+        let least = (LEAST_CLASS_MM2 * chart.scale.pixels_per_mm * chart.scale.pixels_per_mm) as usize;
+        self.classes = counts.into_iter().filter(|(_, count)| *count >= least.max(1)).map(|(class, _)| class).collect();
         Ok(())
     }
 
@@ -358,7 +358,7 @@ impl Picture {
     pub(super) fn legend(&self) -> Vec<LegendItem> {
         let (style, drawing, area) = (&self.chart.style, &self.drawing, self.area);
         let shows = |shape: &Shape| area.meets(shape.bounds);
-        let mut items: Vec<LegendItem> = self.biomes.iter().copied().map(LegendItem::Biome).collect();
+        let mut items: Vec<LegendItem> = self.classes.iter().copied().map(LegendItem::Class).collect();
         for class in [SiteClass::Town, SiteClass::Village, SiteClass::Hamlet] {
             let is_seen = |site: &SiteFeature| site.class == class && self.shows(self.chart.scale.pixel(site.at));
             if drawing.sites.iter().any(is_seen) {

@@ -40,8 +40,8 @@ pub(super) struct ShadedRelief {
     by_climate: f32,
     lamp: Lamp,
     has_stones: bool,
-    /// True if biomes give land its colours, in place of heights.
-    is_by_biome: bool,
+    /// Property of land that gives it its colours.
+    by: TintBy,
     /// Strengths of sky shading and of cast shadow.
     sky: [f32; 2],
 }
@@ -111,10 +111,9 @@ impl ShadedRelief {
         };
         let covers = style.cover.all().map(|cover| (channels(cover.colour), cover.share as f32 / 255.0));
         let has_stones = style.signs.are_drawn(denominator);
-        let is_by_biome = style.tint.by == TintBy::Biome;
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
         let by_climate = style.cover.by_climate as f32;
-        ShadedRelief { tints, covers, by_climate, lamp, has_stones, is_by_biome, sky }
+        ShadedRelief { tints, covers, by_climate, lamp, has_stones, by: style.tint.by, sky }
     }
 
     /// Height in metres up to which a soft shore may reach: where the lowest land of some pixels is lower, they may
@@ -185,10 +184,10 @@ impl ShadedRelief {
             [Material::Rock, Material::Scree]
                 .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
         });
-        let land = self.is_by_biome.then(|| {
+        let land = terrain.classes(self.by, &heights, area).map(|classes| {
             let mut colours = Grid::filled(area, [0; 3]);
-            for (colour, biome) in colours.values_mut().iter_mut().zip(terrain.biomes(&heights, area)) {
-                *colour = biome.colour();
+            for (colour, class) in colours.values_mut().iter_mut().zip(classes) {
+                *colour = class.colour();
             }
             colours
         });

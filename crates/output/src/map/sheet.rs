@@ -9,7 +9,6 @@ use glam::{DVec2, dvec2};
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::geography::biome::Biome;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
@@ -19,6 +18,7 @@ use crate::map::plotter::{Item, Page, PageLayer, Pen, Plotter, Shape, ring, wide
 use crate::map::scale::Scale;
 use crate::map::style::{Colour, Style, TintBy};
 use crate::map::symbols::{draw_peak, draw_site};
+use crate::map::terrain::LandClass;
 use crate::map::text::{Placed, shape};
 use crate::places::site::SiteClass;
 use crate::stop::Stopped;
@@ -43,8 +43,8 @@ const BAR_MM: f64 = 60.0;
 const ROW_MM: f64 = 4.6;
 const COLUMN_MM: f64 = 35.5;
 
-/// Width in millimetres of a column of a legend of biomes, whose names are longer.
-const BIOME_COLUMN_MM: f64 = 52.0;
+/// Width in millimetres of a column of a legend of classes of land, whose names are longer.
+const CLASS_COLUMN_MM: f64 = 52.0;
 
 /// Numbers of rows of a legend, and of lines of a recipe, that fit below every map.
 const ROWS: usize = 4;
@@ -229,7 +229,7 @@ impl Sheet<'_> {
         let frame = Sheet::is_framed(furniture).then(|| MapFrame::new(map, chart.scale()));
         let mut picture = chart.drawn_picture(map, frame, watch)?;
         if furniture.contains(&Furniture::Legend) {
-            picture.find_biomes(&watch.clock)?;
+            picture.find_classes(&watch.clock)?;
         }
         Ok(picture)
     }
@@ -618,8 +618,8 @@ impl SheetPrinter<'_> {
                 self.marks.extend(marks);
             }
             LegendItem::River => self.marks.push(line(style.water.river_mm[1] * 0.6, style.water.line)),
-            LegendItem::Biome(biome) => {
-                self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], Colour(biome.colour()));
+            LegendItem::Class(class) => {
+                self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], Colour(class.colour()));
             }
             LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
             LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
@@ -677,7 +677,7 @@ impl LegendForm {
     fn of(style: &Style) -> LegendForm {
         match style.tint.by {
             TintBy::Height => LegendForm { most: LegendItem::KINDS, column_mm: COLUMN_MM },
-            TintBy::Biome => LegendForm { most: LegendItem::KINDS + Biome::all().count(), column_mm: BIOME_COLUMN_MM },
+            by => LegendForm { most: LegendItem::KINDS + LandClass::count(by), column_mm: CLASS_COLUMN_MM },
         }
     }
 
@@ -712,7 +712,7 @@ impl LegendPlace {
 /// A kind of thing that a legend explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LegendItem {
-    Biome(Biome),
+    Class(LandClass),
     Road(RoadClass),
     River,
     Lake,
@@ -722,12 +722,12 @@ pub(super) enum LegendItem {
 }
 
 impl LegendItem {
-    /// Largest number of items in a legend without biomes: three classes of settlements, three of roads, and the others.
+    /// Largest number of items in a legend without classes of land: three classes of settlements, three of roads, and the others.
     const KINDS: usize = 10;
 
     fn about(self, interval_m: f64) -> String {
         match self {
-            LegendItem::Biome(biome) => format!("{}  {}", biome.code(), biome.name()),
+            LegendItem::Class(class) => class.about(),
             LegendItem::Road(RoadClass::Highway) => "highway".into(),
             LegendItem::Road(RoadClass::Road) => "road".into(),
             LegendItem::Road(RoadClass::Track) => "track".into(),
@@ -772,7 +772,7 @@ mod tests {
 
     #[test]
     fn a_legend_has_room_for_all_that_a_map_shows() {
-        for style in ["topographic", "climate"] {
+        for style in ["topographic", "climate", "geology"] {
             let style = Style::load(style).unwrap();
             let form = LegendForm::of(&style);
             let drawn = (&style, Scale { metres_per_pixel: 40.0, pixels_per_mm: 4.0 });
@@ -818,7 +818,7 @@ mod tests {
             Sheet::picture(&chart, map, &furniture, &Watch::default()).unwrap().legend()
         };
         let named = |items: Vec<LegendItem>| -> Vec<String> {
-            let biomes = items.into_iter().filter(|item| matches!(item, LegendItem::Biome(_)));
+            let biomes = items.into_iter().filter(|item| matches!(item, LegendItem::Class(_)));
             biomes.map(|biome| biome.about(100.0)).collect()
         };
         let shown = named(items(&[Furniture::Legend]));

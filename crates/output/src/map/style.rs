@@ -25,6 +25,7 @@ pub const STYLES: &[(&str, &str)] = &[
     ("night", include_str!(concat!(env!("TERRANE_STYLES"), "/night.toml"))),
     ("plain", include_str!(concat!(env!("TERRANE_STYLES"), "/plain.toml"))),
     ("climate", include_str!(concat!(env!("TERRANE_STYLES"), "/climate.toml"))),
+    ("geology", include_str!(concat!(env!("TERRANE_STYLES"), "/geology.toml"))),
 ];
 
 /// Appearance of a map: the content of a style file. Lengths are millimetres on paper, colours `"#rrggbb"`.
@@ -55,12 +56,13 @@ pub struct Style {
     pub labels: LabelsStyle,
 }
 
-/// Colours by height and depth, interpolated in OKLab, or those of biomes.
+/// Colours by height and depth, interpolated in OKLab, or those of biomes or of rocks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TintStyle {
-    /// Property of land that gives it its colour: its height, or its biome, whose colours are those of Peel et al. 2007.
-    /// Only a world with a geography has biomes. Default: "height".
+    /// Property of land that gives it its colour: its height, its biome, whose colours are those of Peel et al. 2007,
+    /// or its rock, whose colours are those of the U.S. Geological Survey. Only for a world with a geography can they
+    /// be biome and rock. Default: "height".
     #[serde(default)]
     pub by: TintBy,
     /// Land of most presets, from the lowest to the highest.
@@ -89,6 +91,8 @@ pub enum TintBy {
     Height,
     /// The biome.
     Biome,
+    /// The rock.
+    Rock,
 }
 
 /// A colour at a place on a scale of colours.
@@ -472,13 +476,16 @@ impl Style {
     /// Checks that a world has what maps in this style show.
     ///
     /// # Errors
-    /// When land is coloured by its biome, and the world has no geography.
+    /// When land is coloured by its biome or its rock, and the world has no geography.
     pub fn check_for(&self, world: &World) -> Result<(), Error> {
-        if self.tint.by == TintBy::Height || world.geography().is_some() {
-            return Ok(());
-        }
+        let message = match self.tint.by {
+            _ if world.geography().is_some() => return Ok(()),
+            TintBy::Height => return Ok(()),
+            TintBy::Biome => "the style colours land by its biome, and this world has no climates",
+            TintBy::Rock => "the style colours land by its rock, and this world has no geography",
+        };
         Err(Error::Option {
-            message: "the style colours land by its biome, and this world has no climates".into(),
+            message: message.into(),
             hint: "draw a world with a geography, such as the preset world, or take another style".into(),
         })
     }

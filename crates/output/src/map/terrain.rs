@@ -8,10 +8,13 @@ use crate::area::{Area, TileId};
 use crate::clock::Clock;
 use crate::device::LandMaker;
 use crate::geography::biome::Biome;
+use crate::geography::climate::PlaceClimate;
+use crate::geography::lithology::Lithology;
 use crate::geometry::length;
 use crate::grain_point::{GRAINS, Point};
 use crate::grid::Grid;
 use crate::map::scale::Scale;
+use crate::map::style::TintBy;
 use crate::map::weighted_sums::weigh;
 use crate::memory::{Memory, heap_bytes};
 use crate::stop::Stopped;
@@ -53,6 +56,39 @@ struct TerrainPatch {
 }
 
 heap_bytes!(TerrainPatch: heights, ground, cover);
+
+/// A class of land that gives it its colour on a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum LandClass {
+    Biome(Biome),
+    Rock(Lithology),
+}
+
+impl LandClass {
+    /// Returns the number of the classes that land can have by a property.
+    pub fn count(by: TintBy) -> usize {
+        match by {
+            TintBy::Height => 0,
+            TintBy::Biome => Biome::all().count(),
+            TintBy::Rock => Lithology::all().count(),
+        }
+    }
+
+    /// Returns the text of a legend.
+    pub fn about(self) -> String {
+        match self {
+            LandClass::Biome(biome) => format!("{}  {}", biome.code(), biome.name()),
+            LandClass::Rock(rock) => rock.name().into(),
+        }
+    }
+
+    pub fn colour(self) -> [u8; 3] {
+        match self {
+            LandClass::Biome(biome) => biome.colour(),
+            LandClass::Rock(rock) => rock.colour(),
+        }
+    }
+}
 
 /// Land at nodes.
 pub(super) struct Nodes {
@@ -156,24 +192,34 @@ impl MapTerrain {
         Area::new(id.x * side, id.y * side, side as usize, side as usize)
     }
 
-    /// Returns the biomes of the pixels of an area, row by row, given the heights there. That of the sea is the one that
-    /// land at its level would have.
+    /// Returns the classes of the pixels of an area, row by row, given the heights there, or `None` if heights give land
+    /// its colours. The class of the sea is the one that land at its level would have.
     ///
     /// # Panics
     /// When the world has no geography.
-    pub fn biomes(&self, heights: &Grid<f32>, pixels: Area) -> Vec<Biome> {
+    pub fn classes(&self, by: TintBy, heights: &Grid<f32>, pixels: Area) -> Option<Vec<LandClass>> {
+        if by == TintBy::Height {
+            return None;
+        }
         let preset = self.world.preset();
         let geography = self.world.geography().expect("the style was checked for the world");
         let (sea_m, grains) =
             (preset.sea_level_m.unwrap_or(0.0), self.scale.metres_per_pixel * GRAINS as f64 / preset.spacing_m);
         let middle = |pixel: i64| ((pixel as f64 + 0.5) * grains) as i64;
-        let mut biomes = Vec::with_capacity(pixels.len());
+        let mut classes = Vec::with_capacity(pixels.len());
         for y in pixels.y0..pixels.y1 {
             let places: Vec<Point> = (pixels.x0..pixels.x1).map(|x| Point { x: middle(x), y: middle(y) }).collect();
+            if by == TintBy::Rock {
+                let rocks = geography.settings_at(&places);
+                classes.extend(rocks.iter().map(|setting| LandClass::Rock(Lithology::of(setting))));
+                continue;
+            }
             let climates = geography.climates(&places).into_iter().zip(heights.row(y, pixels.x0, pixels.x1));
-            biomes.extend(climates.map(|(climate, height_m)| climate.biome((f64::from(*height_m) - sea_m).max(0.0))));
+            let biome =
+                |(climate, height_m): (PlaceClimate, &f32)| climate.biome((f64::from(*height_m) - sea_m).max(0.0));
+            classes.extend(climates.map(biome).map(LandClass::Biome));
         }
-        biomes
+        Some(classes)
     }
 
     fn patch(&self, id: TileId, clock: &Clock) -> Result<Arc<TerrainPatch>, Stopped> {

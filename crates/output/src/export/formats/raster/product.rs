@@ -7,8 +7,9 @@ use crate::export::formats::raster::Rasters;
 use crate::export::formats::raster::image::Image;
 use crate::export::formats::raster::quantity::{
     ACCUMULATION, ACCUMULATION_GREY, ASPECT, ASPECT_GREY, BIOME, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY,
-    DENSITIES, FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, RAIN, RAIN_GREY, SLOPE, SLOPE_GREY, STEEPNESS,
-    STEEPNESS_GREY, TEMPERATURE, TEMPERATURE_GREY, UPLIFT, UPLIFT_GREY, WATER, WATER_DEPTH, WETNESS, WETNESS_GREY,
+    DENSITIES, FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, RAIN, RAIN_GREY, ROCK, SLOPE, SLOPE_GREY,
+    STEEPNESS, STEEPNESS_GREY, TEMPERATURE, TEMPERATURE_GREY, UPLIFT, UPLIFT_GREY, WATER, WATER_DEPTH, WETNESS,
+    WETNESS_GREY,
 };
 use crate::export::formats::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
 use crate::tile::Growth;
@@ -30,7 +31,7 @@ struct GeoTiffs {
     images: &'static [Image],
 }
 
-static PRODUCTS: [RasterProduct; 21] = [
+static PRODUCTS: [RasterProduct; 22] = [
     RasterProduct {
         name: "height",
         about: "16-bit grey PNG of the region, over the world's height range",
@@ -236,6 +237,17 @@ static PRODUCTS: [RasterProduct; 21] = [
             name: "biome-geotiff",
             about: "the same numbers as an 8-bit GeoTIFF with a colour table",
             images: &[Image::new("climate/biome", &BIOME, GeoTiff)],
+        }),
+    },
+    RasterProduct {
+        name: "rock",
+        about: "rock of a geological map, 8-bit PNG with a palette: 0 sea, 1 granite to 12 dune sand; whole worlds only",
+        images: &[Image::new("rock/rock", &ROCK, Png)],
+        a_tile: "a PNG",
+        geotiff: Some(GeoTiffs {
+            name: "rock-geotiff",
+            about: "the same numbers as an 8-bit GeoTIFF with a colour table",
+            images: &[Image::new("rock/rock", &ROCK, GeoTiff)],
         }),
     },
     RasterProduct {

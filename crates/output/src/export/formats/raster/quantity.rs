@@ -8,6 +8,7 @@ use crate::export::formats::format::Lack;
 use crate::export::formats::raster::reduction::Reduction;
 use crate::export::formats::raster::writer::Sample;
 use crate::geography::biome::Biome;
+use crate::geography::lithology::Lithology;
 use crate::land::WaterKind;
 use crate::map;
 use crate::tile::{Growth, Material, TileView, WETTEST, has_rivers, has_water};
@@ -449,10 +450,39 @@ pub(crate) static BIOME: Quantity = Quantity {
 
 /// Returns the classes of [`BIOME`]: the sea, then the biomes in their order.
 fn biomes() -> Vec<RasterClass> {
-    let sea = RasterClass { name: "sea".into(), colour: [255; 3] };
     let class =
         |biome: Biome| RasterClass { name: format!("{} {}", biome.code(), biome.name()), colour: biome.colour() };
-    [sea].into_iter().chain(Biome::all().map(class)).collect()
+    after_sea(Biome::all().map(class))
+}
+
+/// Returns the class 0 of the sea, then others.
+fn after_sea(others: impl Iterator<Item = RasterClass>) -> Vec<RasterClass> {
+    [RasterClass { name: "sea".into(), colour: [255; 3] }].into_iter().chain(others).collect()
+}
+
+pub(crate) static ROCK: Quantity = Quantity {
+    no_data: Some(0.0),
+    reduction: Reduction::Commonest,
+    shown: Some([0.0, 12.0]),
+    classes: Some(rocks),
+    needs: Needs::Geography,
+    ..grey(
+        "rock",
+        &["number of the rock, 0 = sea, 1 = granite, 3 = sandstone, 4 = limestone, 6 = basalt, 12 = dune sand"],
+        Paint::Row(|view, row, samples| {
+            for (((x, y), number), rock) in row.vertices().zip(samples).zip(view.lithologies(row)) {
+                *number = match view.lake_or_sea(x, y) {
+                    WaterKind::Sea => 0,
+                    WaterKind::Dry | WaterKind::River | WaterKind::Lake => 1 + rock as u8,
+                };
+            }
+        }),
+    )
+};
+
+/// Returns the classes of [`ROCK`]: the sea, then the rocks in their order.
+fn rocks() -> Vec<RasterClass> {
+    after_sea(Lithology::all().map(|rock| RasterClass { name: rock.name().into(), colour: rock.colour() }))
 }
 
 pub(crate) static UPLIFT_GREY: Quantity = Quantity {
