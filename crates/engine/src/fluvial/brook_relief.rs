@@ -47,7 +47,7 @@ impl RestLaw {
     pub fn new(fields: &Fields, laws: &Laws, levels: u32) -> RestLaw {
         let hill_slope = laws.hill_slope;
         let cell_m = |level: u32| fields.side(level) as f64 * fields.metres_a_grain();
-        let nearest_m = |level: u32| NEAREST * cell_m(level);
+        let nearest_m = |level: u32| NEAREST * cell_m(level) / laws.brook_density(fields, level).sqrt();
         // The slope of a channel at the place through which half of its area drains.
         let slope = |level: u32| laws.river_slope(most_area(level) / 2.0).min(hill_slope);
         let finest = fields.levels() - 1;

@@ -55,7 +55,7 @@ const SWARM: f64 = 0.85;
 /// its bends; and wavelength in metres of its stretches and gaps.
 const ESKERS_M: f64 = 13e3;
 const ESKER_HALF_M: f64 = 50.0;
-const ESKER_HEIGHT_M: f64 = 17.0;
+const ESKER_HEIGHT_M: f64 = 15.0;
 const ESKER_BENDS_M: [f64; 2] = [3500.0, 600.0];
 const ESKER_STRETCH_M: f64 = 15e3;
 
@@ -237,7 +237,7 @@ impl GroundForms {
         if left == 0.0 {
             return 0.0;
         }
-        ESKER_HEIGHT_M * left * smooth(4.0 * self.esker_stretches.at(point) + 0.5)
+        ESKER_HEIGHT_M * left * left * smooth(4.0 * self.esker_stretches.at(point) + 0.5)
     }
 
     /// Returns the depth in metres of a doline at a point.

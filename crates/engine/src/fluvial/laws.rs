@@ -194,6 +194,11 @@ impl Laws {
         slope / (1.0 + slope / self.steepest_river())
     }
 
+    /// Returns the density of the channels of a level as a multiple of that where all rock is alike.
+    pub fn brook_density(&self, fields: &Fields, level: u32) -> f64 {
+        if fields.is_thinned_by_rock(level) { (1.0 - self.left_out) / (1.0 - LEFT_OUT) } else { 1.0 }
+    }
+
     /// Returns the slope that no river exceeds.
     pub fn steepest_river(&self) -> f64 {
         self.channel_slope * self.hill_slope
@@ -273,10 +278,15 @@ impl Fields {
         }
     }
 
+    /// Tells whether rock decides where channels of a level begin. Larger rivers come from further away, and cross any
+    /// rock.
+    fn is_thinned_by_rock(&self, level: u32) -> bool {
+        level + ROCK_LEVELS >= self.levels()
+    }
+
     /// Tells whether the cell of a level with this head has no channel, by a chance from 0 to 1.
     pub(super) fn leaves_out(&self, level: u32, head: Point, chance: f64) -> bool {
-        // Rock decides where brooks begin. Larger rivers come from further away, and cross any rock.
-        if level + ROCK_LEVELS < self.levels() {
+        if !self.is_thinned_by_rock(level) {
             return chance < LEFT_OUT;
         }
         let [least, most] = [self.least_laws(), self.most_laws()].map(|laws| laws.left_out);

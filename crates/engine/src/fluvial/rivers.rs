@@ -182,7 +182,7 @@ impl Fluvial {
     /// Tells whether the lake with this id, if it exists, is a salt pan: the sink of a closed basin in a dry land, with
     /// some decimetres of brine on a level floor of salt.
     pub fn is_pan(&self, LakeId((level, x, y)): LakeId) -> bool {
-        level == 0 && self.network.trunks().is_pan((x, y))
+        level == 0 && self.fields.has_continents() && self.network.trunks().is_pan((x, y))
     }
 
     /// Returns the channels whose valley floors lie in a lake: the channel of the lake's id, or all that end at its

@@ -25,16 +25,16 @@ pub struct RockFactors {
 
 /// Rocks as they are when all else is equal: massive rock, the hardest and the softest beds of layered rock, limestone,
 /// volcanic rock, and soft rock where it is wet and where it is dry.
-const WHOLE: RockFactors = of([1.15, 1.2, 0.7, 1.0, 0.5, 0.8]);
-const HARD_BED: RockFactors = of([1.4, 1.4, 0.5, 0.5, 0.4, 0.6]);
+const WHOLE: RockFactors = of([1.15, 1.2, 0.7, 1.0, 0.5, 0.95]);
+const HARD_BED: RockFactors = of([1.4, 1.4, 0.5, 0.5, 0.4, 0.85]);
 const SOFT_BED: RockFactors = of([0.55, 0.7, 1.5, 1.5, 1.0, 1.15]);
-const LIMESTONE: RockFactors = of([1.15, 1.1, 0.5, 0.8, 0.3, 0.3]);
-const LAVA: RockFactors = of([1.0, 1.0, 0.7, 0.6, 0.8, 0.8]);
+const LIMESTONE: RockFactors = of([1.15, 1.1, 0.5, 0.8, 0.3, 0.5]);
+const LAVA: RockFactors = of([1.0, 1.0, 0.7, 0.6, 0.8, 0.95]);
 const WET_CLAY: RockFactors = of([0.5, 0.6, 1.6, 2.0, 0.6, 1.1]);
 const DRY_CLAY: RockFactors = of([0.85, 0.6, 1.4, 0.3, 1.5, 1.15]);
 
 /// The least and the greatest factors of any rock.
-pub const LEAST: RockFactors = of([0.35, 0.45, 0.4, 0.3, 0.3, 0.3]);
+pub const LEAST: RockFactors = of([0.35, 0.45, 0.4, 0.3, 0.3, 0.5]);
 pub const MOST: RockFactors = of([1.4, 1.4, 1.7, 2.0, 1.5, 1.15]);
 
 /// Differences between a kind's hardest and softest patches, as a factor of the slopes.

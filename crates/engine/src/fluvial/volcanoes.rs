@@ -429,9 +429,12 @@ mod tests {
         Point::default().square(km * 1000.0 / fields.metres_a_grain())
     }
 
-    /// Returns the volcanoes of a kind within 5,000 km of the origin, in the plane of the network.
+    /// Returns the volcanoes of a kind without ice sheets within 5,000 km of the origin, in the plane of the network.
     fn all_of(fields: &Fields, kind: VolcanoKind) -> Vec<Volcano> {
-        fields.volcanoes_in(square(fields, 5000.0)).into_iter().filter(|volcano| volcano.kind == kind).collect()
+        let geography = fields.geography().unwrap();
+        let is_bare = |volcano: &Volcano| geography.settings_at(&[volcano.middle])[0].is_under_ice() == 0.0;
+        let all = fields.volcanoes_in(square(fields, 5000.0)).into_iter();
+        all.filter(|volcano| volcano.kind == kind && is_bare(volcano)).collect()
     }
 
     /// Returns the land at the nodes of a world in a square around a point, with sides so many metres away.
@@ -530,7 +533,8 @@ mod tests {
                 assert!(rise_m > 1000.0, "{volcano:?} rises {rise_m} m at {:?}", world.stride());
                 top_m
             });
-            assert!((tops_m[0] - tops_m[1]).abs() < 250.0, "{volcano:?}: {tops_m:?}");
+            // The country around is higher from near than from afar, where it is high.
+            assert!((tops_m[0] - tops_m[1]).abs() < 0.25 * tops_m[0], "{volcano:?}: {tops_m:?}");
         }
     }
 

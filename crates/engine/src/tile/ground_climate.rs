@@ -286,7 +286,7 @@ mod tests {
         };
         let [savanna, steppe] = of(|climate, drought| (drought - 2.2).abs() + (25.0 - climate.mean_c).max(0.0));
         assert!(savanna > 0.8 && steppe < 0.1, "{savanna}, {steppe}");
-        let [savanna, steppe] = of(|climate, drought| (drought - 4.0).abs() + (climate.mean_c - 10.0).max(0.0));
+        let [savanna, steppe] = of(|climate, drought| (drought - 4.0).abs() + (climate.mean_c - 15.0).max(0.0));
         assert!(savanna < 0.1 && steppe > 0.8, "{savanna}, {steppe}");
     }
 
