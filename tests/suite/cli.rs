@@ -524,7 +524,7 @@ fn web_tiles_lie_where_geojson_in_degrees_lies() {
 fn styles_are_listed_with_their_first_line_and_printed_whole() {
     let desk = Desk::new();
     let listed = desk.done(&["styles"]).stdout;
-    assert!(listed.lines().count() == 8 && listed.contains("parchment    Ink on old paper"), "{listed}");
+    assert!(listed.lines().count() == 9 && listed.contains("parchment    Ink on old paper"), "{listed}");
     assert!(desk.done(&["styles", "atlas"]).stdout.contains("extends = \"topographic\""));
     assert!(desk.done(&["schema", "style"]).object()["properties"]["relief"].is_object());
     // What is printed can be written, changed and drawn with.

@@ -24,10 +24,10 @@ pub const LAYERS: [(&str, u32); 10] = [
     ("places", 3),
     ("agents", 3),
     ("lines", 1),
-    ("tile", 2),
-    ("features", 2),
+    ("tile", 3),
+    ("features", 3),
     ("mesh", 3),
-    ("map", 2),
+    ("map", 3),
 ];
 
 /// Returns the layers' versions by name, as manifests have them.

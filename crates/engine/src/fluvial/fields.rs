@@ -201,12 +201,12 @@ impl Fields {
             metres_a_grain,
             finest: finest_vertices as i64 * GRAINS,
             potential,
-            law_source: match &geography {
-                Some(geography) => LawSource::Geography(Arc::clone(geography)),
-                None => {
-                    let rocks = settings.rock.as_ref().map(|rock| (Rocks::new(metres_a_grain, seed), rock.at_large()));
-                    LawSource::Uplift(noise(mask.wavelength_m, mask.octaves, Stream::Uplift), rocks)
-                }
+            law_source: if let Some(geography) = &geography {
+                LawSource::Geography(Arc::clone(geography))
+            } else {
+                let rocks =
+                    settings.rock.as_ref().map(|rock| Box::new((Rocks::new(metres_a_grain, seed), rock.at_large())));
+                LawSource::Uplift(noise(mask.wavelength_m, mask.octaves, Stream::Uplift), rocks)
             },
             bounds: Laws::bounds(settings, everywhere, datum_m, geography.is_some()),
             everywhere,

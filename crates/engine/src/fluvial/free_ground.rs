@@ -23,7 +23,7 @@ pub struct FreeGround {
 const BLOCK: usize = 16;
 
 /// A line that forms keep away from, and the distance in grains at which they begin.
-struct Kept {
+struct KeptOff {
     line: LineSegment,
     from: f64,
 }
@@ -47,9 +47,9 @@ pub fn free_ground(
         let is_wet = fields.holds_water(lerp(segment.discharge_m3s, 1.0));
         let floor = segment.widest_trough() + free.off_rivers_m / metres;
         let from = if is_lake { floor.max(lakes) } else { floor };
-        (is_lake || is_wet).then(|| Kept { line: segment.line(), from })
+        (is_lake || is_wet).then(|| KeptOff { line: segment.line(), from })
     });
-    let kept: Vec<Kept> = kept.collect();
+    let kept: Vec<KeptOff> = kept.collect();
     if kept.is_empty() {
         return None;
     }
@@ -63,7 +63,7 @@ pub fn free_ground(
         let middle = place(block.x0, block.y0);
         // The warp moves a node by less than a node more than the one beside it.
         let around = 2.0 * 1.5 * (BLOCK as i64 * nodes.step * GRAINS) as f64;
-        let near: Vec<&Kept> =
+        let near: Vec<&KeptOff> =
             kept.iter().filter(|kept| kept.line.distance(middle.into()) < kept.from + rise + around).collect();
         if near.is_empty() {
             continue;

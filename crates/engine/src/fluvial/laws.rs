@@ -104,7 +104,7 @@ const MOST_SPRING: f64 = 0.8;
 #[derive(Debug)]
 pub enum LawSource {
     /// Noise that says how fast the land rises, and the rocks, if they differ. All else is the same everywhere.
-    Uplift(PointNoise, Option<(Rocks, RockAtLarge)>),
+    Uplift(PointNoise, Option<Box<(Rocks, RockAtLarge)>>),
     /// The geography of a whole world.
     Geography(Arc<Geography>),
 }
@@ -264,7 +264,7 @@ impl Fields {
         match &self.law_source {
             LawSource::Uplift(noise, rocks) => {
                 let laws = noise.at_all(points).into_iter().map(|noise| self.laws_by(noise));
-                let Some((rocks, country)) = rocks else { return laws.collect() };
+                let Some((rocks, country)) = rocks.as_deref() else { return laws.collect() };
                 let wet = smooth(self.settings().runoff_m / WET_RUNOFF_M);
                 let rocks = rocks.at_all(points, &vec![*country; points.len()]);
                 laws.zip(rocks).map(|(laws, rock)| laws.on(&RockFactors::new(&rock, wet))).collect()

@@ -145,7 +145,7 @@ mod tests {
         let dry = PlaceClimate { rain_mm: [300.0; 3], ..plain.climate };
         let of = |shares, volcanism| {
             let (rock, land) = (RockAtPlace { shares, ..plain.rock }, LandAtLarge { volcanism, ..plain.land });
-            Lithology::of(&Setting { rock, land, ..plain })
+            Lithology::of(&Setting { land, rock, ..plain })
         };
         assert_eq!(Lithology::of(&plain), Lithology::Clay);
         assert_eq!(Lithology::of(&Setting { climate: dry, ..plain }), Lithology::Loess);

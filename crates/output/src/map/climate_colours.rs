@@ -124,8 +124,8 @@ pub(super) fn add_changes([red, green, blue, _]: &mut [Grid<f32>; 4], nodes: &No
 /// rock of the place only where it shows.
 fn changes(climate: &PlaceClimate, height_m: f64, rock: impl FnOnce() -> RockAtPlace) -> [[f32; 3]; 8] {
     let drought = climate.drought(height_m);
-    let row = Step::of(climate.temperature_c(height_m) as f32, WARMTHS_C);
-    let column = Step::of(drought as f32, DROUGHTS);
+    let row = ClimateStep::of(climate.temperature_c(height_m) as f32, WARMTHS_C);
+    let column = ClimateStep::of(drought as f32, DROUGHTS);
     let bare = ((drought - BARE[0]) / (BARE[1] - BARE[0])).clamp(0.0, 1.0) as f32;
     let of_rock = if bare > 0.0 { of_rock(&rock()).map(|change| change * bare) } else { [0.0; 3] };
     Material::ALL.map(|material| {
@@ -151,16 +151,16 @@ fn of_rock(rock: &RockAtPlace) -> [f32; 3] {
 
 /// A position between two knots: the number of the first, and the share of the way to the second.
 #[derive(Clone, Copy)]
-struct Step {
+struct ClimateStep {
     from: usize,
     share: f32,
 }
 
-impl Step {
+impl ClimateStep {
     /// Finds a value between knots. Values beyond the ends are at that end.
-    fn of(value: f32, knots: [f32; 5]) -> Step {
+    fn of(value: f32, knots: [f32; 5]) -> ClimateStep {
         let from = knots[1..4].iter().filter(|knot| value > **knot).count();
-        Step { from, share: ((value - knots[from]) / (knots[from + 1] - knots[from])).clamp(0.0, 1.0) }
+        ClimateStep { from, share: ((value - knots[from]) / (knots[from + 1] - knots[from])).clamp(0.0, 1.0) }
     }
 
     fn between(self, first: f32, second: f32) -> f32 {
