@@ -113,7 +113,7 @@ const BAD_TEXTS: &[BadText] = &[
     ),
     (
         "spacing_m = 10\n[fluvial]\n[fluvial.rock]\nfolded = 0.5",
-        "3:10",
+        "3:1",
         "fluvial.rock: the land has no rock at all",
         "a part above 0",
     ),

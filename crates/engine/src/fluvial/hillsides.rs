@@ -8,7 +8,7 @@ use super::segment::Reach;
 use super::valley::InRows;
 use crate::area::Area;
 use crate::grain_point::Point;
-use crate::grid::{corners, spline_between_corners};
+use crate::grid::{between_corners, corners, spline_between_corners};
 use crate::simd::Simd;
 
 /// Values at nodes.
@@ -72,10 +72,14 @@ impl Hillsides {
     pub(super) fn new(fields: &Fields, area: Area, detail: Detail, reach: Reach) -> Hillsides {
         let (step, levels) = (detail.slope_step / detail.step, detail.channels.levels);
         let coarse = detail.slope_step;
-        let corners = corners(area, step).padded(1).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
+        // A bilinear surface would show its squares where rock changes the slope from one to the next.
+        let (between, around): (fn(Area, i64, &[f32]) -> Vec<f32>, usize) =
+            if fields.has_rocks() { (spline_between_corners, 1) } else { (between_corners, 0) };
+        let corners =
+            corners(area, step).padded(around).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
         let laws = fields.all_laws(&corners.collect::<Vec<_>>());
         let table = |of: &dyn Fn(&Laws) -> f64| {
-            spline_between_corners(area, step, &laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>())
+            between(area, step, &laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>())
         };
         let law = |laws: &Laws| RestLaw::new(fields, laws, levels);
         let rest = || Rest { slope: table(&|laws| law(laws).slope), height_m: table(&|laws| law(laws).height_m) };

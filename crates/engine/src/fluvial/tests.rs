@@ -505,8 +505,8 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
         rivers.push(trunk.knots[trunk.knots.len() / 2]);
     });
     let widest = rivers.iter().max_by(|a, b| a.area.total_cmp(&b.area)).unwrap();
-    let corner = fluvial.in_world(widest.at).moved(DVec2::splat(-(250 * GRAINS) as f64));
-    let known = known_around(&fluvial, Area::new(corner.x / GRAINS, corner.y / GRAINS, 500, 500));
+    let corner = fluvial.in_world(widest.at).moved(DVec2::splat(-(80 * GRAINS) as f64));
+    let known = known_around(&fluvial, Area::new(corner.x / GRAINS, corner.y / GRAINS, 160, 160));
     let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
     for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
         // Skip rounded crests.
