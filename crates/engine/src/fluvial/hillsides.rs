@@ -73,14 +73,17 @@ impl Hillsides {
         let (step, levels) = (detail.slope_step / detail.step, detail.channels.levels);
         let coarse = detail.slope_step;
         // A bilinear surface would show its squares where rock changes the slope from one to the next.
-        let (between, around): (fn(Area, i64, &[f32]) -> Vec<f32>, usize) =
-            if fields.has_rocks() { (spline_between_corners, 1) } else { (between_corners, 0) };
-        let corners =
-            corners(area, step).padded(around).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
-        let laws = fields.all_laws(&corners.collect::<Vec<_>>());
-        let table = |of: &dyn Fn(&Laws) -> f64| {
-            between(area, step, &laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>())
+        let is_smooth = fields.has_rocks();
+        let between = |values: &[f32]| match is_smooth {
+            true => spline_between_corners(area, step, values),
+            false => between_corners(area, step, values),
         };
+        let corners = corners(area, step)
+            .padded(usize::from(is_smooth))
+            .vertices()
+            .map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
+        let laws = fields.all_laws(&corners.collect::<Vec<_>>());
+        let table = |of: &dyn Fn(&Laws) -> f64| between(&laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>());
         let law = |laws: &Laws| RestLaw::new(fields, laws, levels);
         let rest = || Rest { slope: table(&|laws| law(laws).slope), height_m: table(&|laws| law(laws).height_m) };
         let [least, most] = [fields.least_laws(), fields.most_laws()];

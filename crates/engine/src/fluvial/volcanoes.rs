@@ -2,7 +2,7 @@
 //!
 //! A volcano stands upon a node of the trunk lattice, and no water flows through this node: the trunks around it run
 //! past it, and all channels near it away from it. Within its foot the rain sinks into young lava: channels are dry
-//! there, and their springs lie along the foot. So [cones](super::volcanic_cones) can rise upon dry land, and no river
+//! there, and their springs lie along the foot. So cones can rise upon dry land, and no river
 //! rises with them.
 //!
 //! To judge the numbers chosen by eye, look at hillshades of arcs of islands and of the ranges beside oceans.
