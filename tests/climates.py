@@ -1,7 +1,7 @@
 """Reads the climates of a bake with rasterio, as GIS does: python tests/climates.py BAKE
 
-BAKE must be of a whole world with the exports exr, temperature, rain, biome and uplift, and the GeoTIFFs of these four. Needs the
-PyPI packages numpy, OpenEXR and rasterio. Exits with 1 if one check has failed.
+BAKE must be of a whole world with the exports exr, temperature, rain, biome, rock and uplift, and the GeoTIFFs of the
+last five. Needs the PyPI packages numpy, OpenEXR and rasterio. Exits with 1 if one check has failed.
 """
 
 import sys
@@ -16,6 +16,12 @@ from checks import Checks
 
 # Greys for each unit, and the grey of 0.
 GREYS = {"climate/temperature": (2.0, 128.0), "climate/rain": (1 / 20, 0.0), "uplift/uplift": (255.0, 0.0)}
+# Of rasters of classes: the number of classes besides the sea, and one of them with its name and its colour, which is
+# that of Peel et al. or of the U.S. Geological Survey.
+CLASSES = {
+    "climate/biome": (30, 4, "BWh hot desert", (255, 0, 0)),
+    "rock/rock": (12, 4, "limestone", (67, 175, 249)),
+}
 # Degrees that it is colder for each metre up.
 LAPSE = 0.0065
 
@@ -37,22 +43,26 @@ def check_temperature(folder, checks):
     checks.check(off < 1, "largest step in degrees from pixel to pixel of the temperature at the sea's level", f"{off:.3f}")
 
 
-def check_biomes(folder, checks):
-    with rasterio.open(folder / "climate/biome.tif") as tiff, rasterio.open(folder / "climate/biome.png") as png:
-        numbers, same = tiff.read(1), png.read(1)
-        checks.check((numbers == same).all(), "biomes of TIFF and PNG are the same numbers", sorted(np.unique(numbers)))
-        colours = [picture.colormap(1) for picture in (tiff, png)]
-        # GDAL shows no data as transparent, so only red, green and blue can be compared.
-        checks.check(all(colours[0][n][:3] == colours[1][n][:3] for n in range(31)), "and have the same colours", colours[0][1])
-        checks.check(colours[0][4][:3] == (255, 0, 0), "hot deserts are red, as with Peel et al.", colours[0][4])
-        checks.check(numbers.max() <= 30 and tiff.nodata == 0, "the sea has no data", tiff.nodata)
-    categories = xml.etree.ElementTree.parse(folder / "climate/biome.png.aux.xml").findall(".//CategoryNames/Category")
-    checks.check(len(categories) == 31 and categories[15].text == "Cfb oceanic forest", "categories", len(categories))
+def check_classes(folder, checks):
+    for path, (classes, known, name, colour) in CLASSES.items():
+        with rasterio.open(folder / f"{path}.tif") as tiff, rasterio.open(folder / f"{path}.png") as png:
+            numbers, same = tiff.read(1), png.read(1)
+            found = sorted(np.unique(numbers))
+            checks.check((numbers == same).all(), f"{path}: classes of TIFF and PNG are the same numbers", found)
+            colours = [picture.colormap(1) for picture in (tiff, png)]
+            # GDAL shows no data as transparent, so only red, green and blue can be compared.
+            alike = all(colours[0][n][:3] == colours[1][n][:3] for n in range(classes + 1))
+            checks.check(alike, f"{path}: and have the same colours", colours[0][1])
+            checks.check(colours[0][known][:3] == colour, f"{path}: {name} has its colour", colours[0][known])
+            checks.check(numbers.max() <= classes and tiff.nodata == 0, f"{path}: the sea has no data", tiff.nodata)
+        categories = xml.etree.ElementTree.parse(folder / f"{path}.png.aux.xml").findall(".//CategoryNames/Category")
+        named = len(categories) == classes + 1 and categories[known].text == name
+        checks.check(named, f"{path}: categories", len(categories))
 
 
 def main():
     folder, checks = Path(sys.argv[1]), Checks()
-    for check in (check_greys, check_temperature, check_biomes):
+    for check in (check_greys, check_temperature, check_classes):
         check(folder, checks)
     print(f"{checks.done} checks of {folder}, {checks.failed} failed")
     return 1 if checks.failed or not checks.done else 0
