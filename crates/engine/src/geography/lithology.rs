@@ -79,7 +79,8 @@ impl Lithology {
     }
 
     /// Returns the rock of a place, as land even where it lies in the sea.
-    pub fn of(Setting { land, rock, climate, sand }: &Setting) -> Lithology {
+    pub fn of(setting: &Setting) -> Lithology {
+        let Setting { land, rock, climate, sand } = setting;
         if *sand >= HIDING_SAND {
             return Lithology::DuneSand;
         }
@@ -99,7 +100,7 @@ impl Lithology {
                 let is_in = |value: f64, [from, to]: [f64; 2]| (from..to).contains(&value);
                 let is_steppe = is_in(climate.drought(height_m), LOESS_DROUGHT);
                 let is_mild = is_in(climate.temperature_c(height_m), LOESS_C);
-                if climate.ice_age_snow_line_m() < height_m {
+                if setting.was_under_ice() > 0.5 {
                     Lithology::Till
                 } else if is_steppe && is_mild && land.uplift < PLAIN {
                     Lithology::Loess
