@@ -241,13 +241,13 @@ impl Places {
             for second in self.cells_around(first, graph::CELLS).filter(|second| first < *second) {
                 // Most pairs of cells are too far apart wherever their sites stand. This test is cheaper than finding
                 // the sites.
-                let [a, b] = [first, second].map(|id| site::positions(id, &self.plans.fine.scale));
+                let [a, b] = [first, second].map(|id| self.positions(id));
                 if !self.may_touch([a, b], areas) {
                     continue;
                 }
                 let nearer = if nearest2(a, hull) <= nearest2(b, hull) { [first, second] } else { [second, first] };
                 let Some(near) = self.seat(land, nearer[0])? else { continue };
-                let there = site::positions(nearer[1], &self.plans.fine.scale);
+                let there = self.positions(nearer[1]);
                 if !self.may_touch([near.area(), there], areas) || self.is_separated(land, &near, there, hull)? {
                     continue;
                 }
@@ -268,7 +268,7 @@ impl Places {
     /// holds for most cells that are far off, so that their sites need not be found.
     fn is_separated(&self, land: Surveyed<'_>, site: &Seat, cell: Area, hull: Area) -> Result<bool, Stopped> {
         let is_nearer = |id: &SiteId| {
-            let own = site::positions(*id, &self.plans.fine.scale);
+            let own = self.positions(*id);
             own != cell && nearest2(own, hull) <= nearest2(cell, hull)
         };
         let between = self.cells_around(site.id, 1).filter(is_nearer);
@@ -280,6 +280,11 @@ impl Places {
         let settled = |seat: Seat| Arc::new(seat.settled(&self.names, &self.plans.fine.scale, land.survey));
         let site = self.sites.try_get(id, || Ok(self.seat(land, id)?.map(settled)))?;
         Ok(site.as_ref().clone())
+    }
+
+    /// Returns the smallest area with all vertices that the site of a cell may stand on.
+    fn positions(&self, id: SiteId) -> Area {
+        site::positions(id, &self.plans.coarse.scale)
     }
 
     fn seat(&self, land: Surveyed<'_>, id: SiteId) -> Result<Option<Seat>, Stopped> {

@@ -233,6 +233,24 @@ fn what_lies_in_a_part_is_what_the_whole_has_there() {
     assert!(!inside.is_empty());
 }
 
+/// Where no site of a cell may stand, no road of it is looked for: a site elsewhere would have roads in some windows and
+/// none in others.
+#[test]
+fn all_sites_stand_on_the_positions_of_their_cells() {
+    for (spacing_m, site_m) in [(SPACING_M, 2000.0), (SPACING_M, 2500.0), (20.0, 2500.0), (7.0, 1300.0)] {
+        let land = TestLand { spacing_m, ..land() };
+        let places = Places::new(&PlacesSettings { site_m, ..PlacesSettings::default() }, spacing_m, 5, None).unwrap();
+        let mut seen = 0;
+        for (i, j) in (0..12).flat_map(|j| (0..12).map(move |i| (i, j))) {
+            let id = SiteId { i, j };
+            let Some(seat) = places.seat(planned(&land), id).unwrap() else { continue };
+            seen += 1;
+            assert!(places.positions(id).contains(&seat.area()), "{seat:?} at {spacing_m} m, {site_m} m");
+        }
+        assert!(seen > 20, "{seen} sites");
+    }
+}
+
 #[test]
 fn settlements_stand_on_dry_and_even_land() {
     let (land, places) = (land(), places());
