@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares whole worlds from afar with Earth.
 
-    terrane bake world --seed N --stride 1024 --around=0,-1820,10000 --export height,biome --out world-N
+    terrane bake world --seed N --stride 1024 --around=0,-1820,10000 --export height,climate --out world-N
     python3 tests/earth.py world-1 world-2 ...
 
 Prints a row of measures a bake and their means, with the range that Earth's geography asks for, and fails if a mean lies

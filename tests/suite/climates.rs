@@ -1,6 +1,7 @@
-//! Rasters and maps of climate and uplift: what the geography says of each place, and refused where there is none.
+//! Rasters and maps of climate, rock and uplift: what the geography says of each place, and refused where there is none.
 
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -11,6 +12,7 @@ use terrane::clock::Clock;
 use terrane::export::{Export, Mode, Output, Plan};
 use terrane::geography::biome::Biome;
 use terrane::geography::climate::PlaceClimate;
+use terrane::geography::lithology::Lithology;
 use terrane::grain_point::{GRAINS, Point};
 use terrane::land::WaterKind;
 use terrane::map::Chart;
@@ -77,35 +79,42 @@ fn the_rasters_hold_the_climate_and_the_uplift_of_each_vertex() {
     let (world, id) = (whole(), coast());
     let folder = tempfile::tempdir().unwrap();
     let region = Region::new(id, 1, 1, world.tile_cells()).unwrap();
-    let exports =
-        "temperature,rain,biome,uplift,biome-tiles,temperature-geotiff,rain-geotiff,biome-geotiff,uplift-geotiff";
+    let exports = "climate,climate-tiles,climate-geotiff,rock,rock-geotiff,uplift,uplift-geotiff";
     let plan = Plan::new(world, "world", region, Export::parse_list(exports).unwrap()).unwrap();
     let cost = plan.cost(2);
     plan.run(&Output::prepare(folder.path(), Mode::New, &plan, &cost).unwrap(), &Watch::default()).unwrap();
-    let [temperatures, rains, uplifts] = ["climate/temperature.png", "climate/rain.png", "uplift/uplift.png"]
-        .map(|name| samples(&folder.path().join(name), png::ColorType::Grayscale).0);
+    let [temperatures, rains, seasons, dips, uplifts] =
+        ["climate/temperature.png", "climate/rain.png", "climate/season.png", "rock/dip.png", "uplift/uplift.png"]
+            .map(|name| samples(&folder.path().join(name), png::ColorType::Grayscale).0);
     let (biomes, palette) = samples(&folder.path().join("climate/biome.png"), png::ColorType::Indexed);
     assert_eq!(samples(&folder.path().join("climate/biome_x0_y0.png"), png::ColorType::Indexed).0, biomes);
+    let (rocks, rock_colours) = samples(&folder.path().join("rock/rock.png"), png::ColorType::Indexed);
     let tile = Tile::new(world, id);
     let view = TileView::new(&tile, world);
     let mut seas = 0;
     for (index, (x, y)) in tile.area().vertices().enumerate() {
-        let setting = world.geography().unwrap().settings_at(&[Point::at_vertex(x, y)])[0];
+        let (geography, place) = (world.geography().unwrap(), Point::at_vertex(x, y));
+        let setting = geography.settings_at(&[place])[0];
         let height_m = f64::from(tile.heights().at(x, y)).max(0.0);
         let near =
             |grey: u8, value: f64| assert!((f64::from(grey) - value).abs() < 0.51, "{grey} at {x}, {y}: {value}");
         near(temperatures[index], 128.0 + 2.0 * setting.climate.temperature_c(height_m));
         near(rains[index], setting.climate.rain_mm_a_year() / 20.0);
+        near(seasons[index], setting.climate.summer_share() * 255.0);
+        near(dips[index], geography.beds_lie(place, &setting.land).dip_deg / 90.0 * 255.0);
         near(uplifts[index], setting.land.uplift * 255.0);
         let number = usize::from(biomes[index]);
         if view.lake_or_sea(x, y) == WaterKind::Sea {
-            assert_eq!(number, 0);
+            assert_eq!((number, rocks[index]), (0, 0));
             seas += 1;
             continue;
         }
         let biome = setting.climate.biome(height_m);
         assert_eq!(Biome::all().nth(number - 1), Some(biome));
         assert_eq!(palette[3 * number..][..3], biome.colour());
+        let rock = Lithology::of(&setting);
+        assert_eq!(Lithology::all().nth(usize::from(rocks[index]) - 1), Some(rock));
+        assert_eq!(rock_colours[3 * usize::from(rocks[index])..][..3], rock.colour());
     }
     assert!(seas > 0 && seas < tile.area().len(), "{seas} vertices of sea");
     let auxiliary = std::fs::read_to_string(folder.path().join("climate/biome.png.aux.xml")).unwrap();
@@ -116,13 +125,13 @@ fn the_rasters_hold_the_climate_and_the_uplift_of_each_vertex() {
 fn a_world_without_a_geography_has_no_climate() {
     let world = World::new(Preset::load("alps").unwrap().1, None).unwrap();
     let region = Region::new(TileId { x: 0, y: 0 }, 1, 1, world.tile_cells()).unwrap();
-    for name in ["temperature", "rain-tiles", "biome-geotiff", "uplift"] {
+    for name in ["climate", "climate-tiles", "rock-geotiff", "uplift"] {
         let error = Plan::new(&world, "alps", region, Export::parse_list(name).unwrap()).err().unwrap();
         assert_eq!(error.exit_code(), 2);
         let said = format!("{error}; {}", error.hint().unwrap());
         assert!([name, "no geography", "[geography]", "world", "height"].iter().all(|it| said.contains(it)), "{said}");
         let others = said.split_once("exports for this one").unwrap().1;
-        assert!(!others.contains("biome"), "{others}");
+        assert!(!others.contains("climate"), "{others}");
     }
 }
 
@@ -138,13 +147,19 @@ fn samples(path: &Path, kind: png::ColorType) -> (Vec<u8>, Vec<u8>) {
     (samples, palette)
 }
 
-#[test]
-fn a_map_in_the_style_climate_has_the_colours_of_the_biomes() {
+/// Checks that a map in a style has the colour of each pixel's class, and more than one class.
+fn has_the_colours_of<Class: Ord + Debug>(
+    style: &str,
+    class: impl Fn(Point, f64) -> Class,
+    colour: fn(&Class) -> [u8; 3],
+) {
     let (_, preset) = Preset::load("world").unwrap();
     // Without light, so that the colours are bare.
-    let text = "extends = \"climate\"\n[relief]\nstrength = 0\nhighlight = 0\ntexture = 0\n[water]\ndraw = false\n\
-                [labels]\ndraw = false\n[places]\ndraw = false";
-    let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+    let text = format!(
+        "extends = \"{style}\"\n[relief]\nstrength = 0\nhighlight = 0\ntexture = 0\n[water]\ndraw = false\n\
+         [labels]\ndraw = false\n[places]\ndraw = false"
+    );
+    let style = RecipeSources::<Style>::parse("bare.toml", &text).unwrap().read_all().unwrap();
     let scale = Scale { metres_per_pixel: 2000.0, pixels_per_mm: 4.0 };
     let chart = Chart::new(&preset, None, style, scale).unwrap();
     // The ranges along a coast west of the origin.
@@ -152,17 +167,16 @@ fn a_map_in_the_style_climate_has_the_colours_of_the_biomes() {
     let clock = Clock::default();
     let pixels = chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap();
     let heights = chart.heights_m(area, &clock).unwrap();
-    let geography = whole().geography().unwrap();
     let (mut seen, mut others) = (BTreeMap::new(), 0);
     for (index, (x, y)) in area.vertices().enumerate().filter(|(index, _)| heights[*index] > 100.0) {
         let [x, y] = [x, y].map(|pixel| (pixel * 200 + 100) * GRAINS);
-        let biome = geography.climates(&[Point { x, y }])[0].biome(f64::from(heights[index]));
+        let class = class(Point { x, y }, f64::from(heights[index]));
         let drawn = &pixels[3 * index..][..3];
-        let off = drawn.iter().zip(biome.colour()).map(|(drawn, own)| drawn.abs_diff(own)).max().unwrap();
-        *seen.entry(biome).or_insert(0) += 1;
+        let off = drawn.iter().zip(colour(&class)).map(|(drawn, own)| drawn.abs_diff(own)).max().unwrap();
+        *seen.entry(class).or_insert(0) += 1;
         others += usize::from(off > 1);
     }
-    // At borders of biomes the height in the middle of a pixel may be another than that of the land around.
+    // At borders of classes the height in the middle of a pixel may be another than that of the land around.
     let all: usize = seen.values().sum();
     assert!(
         seen.len() > 1 && all > 1000 && others * 20 < all,
@@ -171,11 +185,26 @@ fn a_map_in_the_style_climate_has_the_colours_of_the_biomes() {
 }
 
 #[test]
-fn a_world_without_a_geography_has_no_map_of_its_climate() {
+fn a_map_in_the_style_climate_has_the_colours_of_the_biomes() {
+    let geography = whole().geography().unwrap();
+    has_the_colours_of("climate", |at, height_m| geography.climates(&[at])[0].biome(height_m), |biome| biome.colour());
+}
+
+#[test]
+fn a_map_in_the_style_geology_has_the_colours_of_the_rocks() {
+    let geography = whole().geography().unwrap();
+    has_the_colours_of("geology", |at, _| Lithology::of(&geography.settings_at(&[at])[0]), |rock| rock.colour());
+}
+
+#[test]
+fn a_world_without_a_geography_has_no_map_of_its_climate_or_rock() {
     let scale = Scale { metres_per_pixel: 100.0, pixels_per_mm: 4.0 };
-    let error = Chart::new(&Preset::load("alps").unwrap().1, None, Style::load("climate").unwrap(), scale).unwrap_err();
-    assert_eq!(error.exit_code(), 2);
-    assert!(error.to_string().contains("no climates") && error.hint().unwrap().contains("world"), "{error}");
+    for style in ["climate", "geology"] {
+        let alps = Preset::load("alps").unwrap().1;
+        let error = Chart::new(&alps, None, Style::load(style).unwrap(), scale).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.hint().unwrap().contains("world"), "{error}");
+    }
 }
 
 #[test]

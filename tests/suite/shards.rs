@@ -117,7 +117,7 @@ fn every_export_of_noise_is_merged_to_the_bytes_of_one_bake() {
 
 #[test]
 fn the_climates_of_a_world_are_merged_to_the_bytes_of_one_bake() {
-    let exports = "temperature,rain-tiles,biome,biome-geotiff,uplift";
+    let exports = "climate,climate-tiles,climate-geotiff,rock,rock-tiles,rock-geotiff,uplift";
     let bake = ["bake", "world", "--tile-cells", "16", "--size", "3x2", "--export", exports];
     merges_to_one_bake(&bake, &[2]);
 }

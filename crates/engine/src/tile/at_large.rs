@@ -4,6 +4,7 @@ use crate::area::Area;
 use crate::geography::Geography;
 use crate::geography::climate::PlaceClimate;
 use crate::geography::lithology::Lithology;
+use crate::geography::rock::BedsLie;
 use crate::grain_point::Point;
 use crate::tile::TileView;
 
@@ -35,6 +36,16 @@ impl<'a> TileView<'a> {
     /// When the world has no geography.
     pub fn lithologies(self, row: Area) -> Vec<Lithology> {
         self.geography().settings_at(&self.points(row)).iter().map(Lithology::of).collect()
+    }
+
+    /// Returns strike and dip of the rock's beds at the vertices of a row of the tile, an area one vertex high.
+    ///
+    /// # Panics
+    /// When the world has no geography.
+    pub fn beds(self, row: Area) -> Vec<BedsLie> {
+        let (geography, places) = (self.geography(), self.points(row));
+        let land = geography.land_at_large(&places);
+        places.iter().zip(&land).map(|(at, land)| geography.beds_lie(*at, land)).collect()
     }
 
     fn geography(self) -> &'a Geography {

@@ -7,9 +7,9 @@ use crate::export::formats::raster::Rasters;
 use crate::export::formats::raster::image::Image;
 use crate::export::formats::raster::quantity::{
     ACCUMULATION, ACCUMULATION_GREY, ASPECT, ASPECT_GREY, BIOME, COLOUR, COVER_WEIGHTS, CURVATURE, CURVATURE_GREY,
-    DENSITIES, FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, RAIN, RAIN_GREY, ROCK, SLOPE, SLOPE_GREY,
-    STEEPNESS, STEEPNESS_GREY, TEMPERATURE, TEMPERATURE_GREY, UPLIFT, UPLIFT_GREY, WATER, WATER_DEPTH, WETNESS,
-    WETNESS_GREY,
+    DENSITIES, DIP, DIP_GREY, FLOW, GROUND_WEIGHTS, HEIGHT, HEIGHT_STEPS, MAP, NORMAL, RAIN, RAIN_GREY, ROCK, SEASON,
+    SEASON_GREY, SLOPE, SLOPE_GREY, STEEPNESS, STEEPNESS_GREY, STRIKE, STRIKE_GREY, TEMPERATURE, TEMPERATURE_GREY,
+    UPLIFT, UPLIFT_GREY, WATER, WATER_DEPTH, WETNESS, WETNESS_GREY,
 };
 use crate::export::formats::raster::writer::Encoding::{Exr, GeoTiff, Png, R16};
 use crate::tile::Growth;
@@ -31,7 +31,7 @@ struct GeoTiffs {
     images: &'static [Image],
 }
 
-static PRODUCTS: [RasterProduct; 22] = [
+static PRODUCTS: [RasterProduct; 20] = [
     RasterProduct {
         name: "height",
         about: "16-bit grey PNG of the region, over the world's height range",
@@ -207,47 +207,43 @@ static PRODUCTS: [RasterProduct; 22] = [
         }),
     },
     RasterProduct {
-        name: "temperature",
-        about: "mean temperature of the year, 8-bit grey PNG: 128 is 0 degrees Celsius, two greys a degree; whole worlds only",
-        images: &[Image::new("climate/temperature", &TEMPERATURE_GREY, Png)],
-        a_tile: "a PNG",
+        name: "climate",
+        about: "8-bit PNGs of mean temperature, rain, share of it in the warm half-year, and Koeppen's biomes; whole worlds only",
+        images: &[
+            Image::new("climate/temperature", &TEMPERATURE_GREY, Png),
+            Image::new("climate/rain", &RAIN_GREY, Png),
+            Image::new("climate/season", &SEASON_GREY, Png),
+            Image::new("climate/biome", &BIOME, Png),
+        ],
+        a_tile: "four PNGs",
         geotiff: Some(GeoTiffs {
-            name: "temperature-geotiff",
-            about: "mean temperature of the year in degrees Celsius as 32-bit float GeoTIFF",
-            images: &[Image::new("climate/temperature", &TEMPERATURE, GeoTiff)],
-        }),
-    },
-    RasterProduct {
-        name: "rain",
-        about: "rain of a year, 8-bit grey PNG: 20 mm a grey; whole worlds only",
-        images: &[Image::new("climate/rain", &RAIN_GREY, Png)],
-        a_tile: "a PNG",
-        geotiff: Some(GeoTiffs {
-            name: "rain-geotiff",
-            about: "rain in mm a year as 32-bit float GeoTIFF",
-            images: &[Image::new("climate/rain", &RAIN, GeoTiff)],
-        }),
-    },
-    RasterProduct {
-        name: "biome",
-        about: "climates of Koeppen and Geiger, 8-bit PNG with a palette: 0 sea, 1 Af to 30 EF; whole worlds only",
-        images: &[Image::new("climate/biome", &BIOME, Png)],
-        a_tile: "a PNG",
-        geotiff: Some(GeoTiffs {
-            name: "biome-geotiff",
-            about: "the same numbers as an 8-bit GeoTIFF with a colour table",
-            images: &[Image::new("climate/biome", &BIOME, GeoTiff)],
+            name: "climate-geotiff",
+            about: "degrees Celsius, mm a year and the share as 32-bit float GeoTIFFs, biomes as an 8-bit one with a colour table",
+            images: &[
+                Image::new("climate/temperature", &TEMPERATURE, GeoTiff),
+                Image::new("climate/rain", &RAIN, GeoTiff),
+                Image::new("climate/season", &SEASON, GeoTiff),
+                Image::new("climate/biome", &BIOME, GeoTiff),
+            ],
         }),
     },
     RasterProduct {
         name: "rock",
-        about: "rock of a geological map, 8-bit PNG with a palette: 0 sea, 1 granite to 12 dune sand; whole worlds only",
-        images: &[Image::new("rock/rock", &ROCK, Png)],
-        a_tile: "a PNG",
+        about: "8-bit PNGs of the rock of a geological map, and of strike and dip of its beds; whole worlds only",
+        images: &[
+            Image::new("rock/rock", &ROCK, Png),
+            Image::new("rock/strike", &STRIKE_GREY, Png),
+            Image::new("rock/dip", &DIP_GREY, Png),
+        ],
+        a_tile: "three PNGs",
         geotiff: Some(GeoTiffs {
             name: "rock-geotiff",
-            about: "the same numbers as an 8-bit GeoTIFF with a colour table",
-            images: &[Image::new("rock/rock", &ROCK, GeoTiff)],
+            about: "the rock as an 8-bit GeoTIFF with a colour table, strike and dip in degrees as 32-bit float ones",
+            images: &[
+                Image::new("rock/rock", &ROCK, GeoTiff),
+                Image::new("rock/strike", &STRIKE, GeoTiff),
+                Image::new("rock/dip", &DIP, GeoTiff),
+            ],
         }),
     },
     RasterProduct {

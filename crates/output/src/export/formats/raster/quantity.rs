@@ -427,6 +427,30 @@ fn rain_mm(view: TileView, row: Area) -> impl Iterator<Item = f32> {
     view.climates(row).into_iter().map(|(climate, _)| climate.rain_mm_a_year() as f32)
 }
 
+pub(crate) static SEASON_GREY: Quantity = Quantity {
+    needs: Needs::Geography,
+    ..grey(
+        "season of rain",
+        &["share of the rain that falls in the warm half of the year, 0 = 0, 255 = 1"],
+        Paint::Row(|view, row, samples| put_greys(samples, summer_shares(view, row).map(|share| share * 255.0))),
+    )
+};
+
+pub(crate) static SEASON: Quantity = Quantity {
+    needs: Needs::Geography,
+    shown: Some([0.0, 1.0]),
+    ..floats(
+        "season of rain",
+        None,
+        &["share of the rain that falls in the warm half of the year, 0 to 1"],
+        |view, row, samples| put_floats(samples, summer_shares(view, row)),
+    )
+};
+
+fn summer_shares(view: TileView, row: Area) -> impl Iterator<Item = f32> {
+    view.climates(row).into_iter().map(|(climate, _)| climate.summer_share() as f32)
+}
+
 pub(crate) static BIOME: Quantity = Quantity {
     no_data: Some(0.0),
     reduction: Reduction::Commonest,
@@ -484,6 +508,54 @@ pub(crate) static ROCK: Quantity = Quantity {
 fn rocks() -> Vec<RasterClass> {
     after_sea(Lithology::all().map(|rock| RasterClass { name: rock.name().into(), colour: rock.colour() }))
 }
+
+pub(crate) static STRIKE_GREY: Quantity = Quantity {
+    // A mean is wrong for angles: that of 1 and 179 degrees, which are nearly the same, is 90.
+    reduction: Reduction::Commonest,
+    needs: Needs::Geography,
+    ..grey(
+        "strike of the beds",
+        &["strike of the beds, 0 = north to south, 64 = north-east to south-west, 128 = east to west"],
+        Paint::Row(|view, row, samples| {
+            let grey = |degrees: f32| (degrees * (256.0 / 180.0)).round().rem_euclid(256.0);
+            put_greys(samples, view.beds(row).into_iter().map(|beds| grey(beds.strike_deg as f32)));
+        }),
+    )
+};
+
+pub(crate) static STRIKE: Quantity = Quantity {
+    reduction: Reduction::Greatest,
+    needs: Needs::Geography,
+    shown: Some([0.0, 180.0]),
+    ..floats(
+        "strike of the beds",
+        Some("degree"),
+        &["strike of the beds in degrees clockwise from north, 0 to 180"],
+        |view, row, samples| put_floats(samples, view.beds(row).into_iter().map(|beds| beds.strike_deg as f32)),
+    )
+};
+
+pub(crate) static DIP_GREY: Quantity = Quantity {
+    needs: Needs::Geography,
+    ..grey(
+        "dip of the beds",
+        &["dip of the beds, 0 = level, 255 = 90 degrees"],
+        Paint::Row(|view, row, samples| {
+            put_greys(samples, view.beds(row).into_iter().map(|beds| beds.dip_deg as f32 * (255.0 / 90.0)));
+        }),
+    )
+};
+
+pub(crate) static DIP: Quantity = Quantity {
+    needs: Needs::Geography,
+    shown: Some([0.0, 60.0]),
+    ..floats(
+        "dip of the beds",
+        Some("degree"),
+        &["dip of the beds in degrees, 0 where they lie level"],
+        |view, row, samples| put_floats(samples, view.beds(row).into_iter().map(|beds| beds.dip_deg as f32)),
+    )
+};
 
 pub(crate) static UPLIFT_GREY: Quantity = Quantity {
     needs: Needs::Geography,
