@@ -1,7 +1,8 @@
-//! Finding what is as large as a continent, on the coarse nodes of a world's geography.
+//! Finding what is as large as a continent, on the coarse nodes of a world's geography, and volcanoes.
 
 use crate::error::Error;
 use crate::find::{Beside, BiomeLetters, Found, Measure, Query, Thing, nearest};
+use crate::fluvial::volcanoes::Volcano;
 use crate::geography::Geography;
 use crate::geography::realms::{Realm, RealmKind};
 use crate::geometry::length;
@@ -11,6 +12,12 @@ use crate::world::World;
 
 /// Width in kilometres of the area around a place with a climate.
 const BIOME_KM: f64 = 20.0;
+
+/// Side in kilometres of the blocks in which volcanoes are searched.
+const VOLCANO_BLOCK_KM: f64 = 250.0;
+
+/// Width of the area around a volcano, as a multiple of its radius.
+const VOLCANO_WIDTH: f64 = 3.0;
 
 /// Width of the area around a realm, as a multiple of the width that holds all of it.
 const REALM_WIDTH: f64 = 1.1;
@@ -46,6 +53,10 @@ pub(super) fn find(
         Thing::Biome(letters) => nearest(block_km(geography.biome_square()), near, limit, watch, |[x, y]| {
             watch.clock.check()?;
             Ok(search.biome(letters, (x, -y - 1)).into_iter().collect())
+        }),
+        Thing::Volcano => nearest(VOLCANO_BLOCK_KM, near, limit, watch, |block| {
+            watch.clock.check()?;
+            Ok(search.volcanoes(block))
         }),
         Thing::Lake | Thing::Peak | Thing::River | Thing::Site(_) => Ok(Vec::new()),
     }
@@ -88,6 +99,29 @@ impl LargeSearch<'_> {
     fn realms(&self, kind: RealmKind, block: (i64, i64)) -> Vec<Found> {
         let realms = self.geography.realms_of_block(kind, block);
         let found = realms.iter().map(|realm| realm_found(self.world, realm, self.near_km));
+        found.filter(|found| self.query.keeps(&found.values)).collect()
+    }
+
+    /// Finds the volcanoes whose middles lie in a block.
+    fn volcanoes(&self, block: [i64; 2]) -> Vec<Found> {
+        let Some(fluvial) = self.world.relief().fluvial() else { return Vec::new() };
+        let grains = |km: f64| (km * 1000.0 / self.world.spacing_m() * GRAINS as f64) as i64;
+        let west_south = block.map(|index| grains(index as f64 * VOLCANO_BLOCK_KM));
+        let side = grains(VOLCANO_BLOCK_KM);
+        let low = Point { x: west_south[0], y: -west_south[1] - side };
+        let high = Point { x: low.x + side, y: low.y + side };
+        let found = |volcano: Volcano| {
+            let at_km = at_km(self.world, volcano.middle);
+            Found {
+                id: format!("{}:{}:{}", volcano.kind.name(), volcano.node.0, volcano.node.1),
+                name: None,
+                at_km,
+                distance_km: length([0, 1].map(|axis| at_km[axis] - self.near_km[axis])),
+                around_km: (VOLCANO_WIDTH * volcano.radius_m / 1000.0).ceil(),
+                values: vec![(Measure::Height, volcano.height_m.round())],
+            }
+        };
+        let found = fluvial.volcanoes([low, high]).into_iter().map(found);
         found.filter(|found| self.query.keeps(&found.values)).collect()
     }
 
@@ -157,6 +191,12 @@ mod tests {
         finder.find(&query, near_km, query.thing.radius_km(), limit, &Watch::default()).unwrap()
     }
 
+    /// Returns the place so many kilometres east and north of the origin.
+    fn grains(world: &World, at_km: [f64; 2]) -> Point {
+        let [x, y] = [at_km[0], -at_km[1]].map(|km| (km * 1000.0 / world.spacing_m() * GRAINS as f64) as i64);
+        Point { x, y }
+    }
+
     #[test]
     fn large_things_are_found_by_their_size_nearest_first() {
         let mut finder = finder();
@@ -187,8 +227,7 @@ mod tests {
             let found = find(&mut finder, text, [0.0, 0.0], 2);
             assert_eq!(found.len(), 2, "{text}: {found:?}");
             for one in found {
-                let grains = |km: f64| (km * 1000.0 / finder.world().spacing_m() * GRAINS as f64) as i64;
-                let at = Point { x: grains(one.at_km[0]), y: grains(-one.at_km[1]) };
+                let at = grains(finder.world(), one.at_km);
                 let setting = finder.world().geography().unwrap().settings_at(&[at])[0];
                 let biome = setting.climate.biome(setting.land.planned_m().max(0.0));
                 assert!(biome.code().starts_with(letters) && one.id.starts_with(letters), "{biome:?}: {one:?}");
@@ -198,10 +237,26 @@ mod tests {
     }
 
     #[test]
+    fn volcanoes_are_found_where_they_stand_nearest_first() {
+        let mut finder = finder();
+        let found = find(&mut finder, "volcano > 1500 m", [1900.0, 3000.0], 3);
+        assert!(found.len() == 3 && found.is_sorted_by(|a, b| a.distance_km <= b.distance_km), "{found:?}");
+        for one in &found {
+            let [(Measure::Height, height_m)] = one.values[..] else { panic!("{one:?}") };
+            assert!(height_m > 1500.0 && one.distance_km < 1000.0 && one.around_km < 60.0, "{one:?}");
+            let land = finder.world().geography().unwrap().land_at_large(&[grains(finder.world(), one.at_km)])[0];
+            assert!(land.volcanism > 0.0, "{one:?}: {land:?}");
+        }
+        // One behind a border of blocks is found from beside it too.
+        let there = find(&mut finder, "volcano > 1500 m", found[2].at_km, 1);
+        assert_eq!(there[0].id, found[2].id);
+    }
+
+    #[test]
     fn a_world_of_one_land_has_nothing_large() {
         let (_, preset) = Preset::load("alps").unwrap();
         let mut finder = Finder::new(preset, None).unwrap();
-        for text in ["desert", "biome = Csb"] {
+        for text in ["desert", "biome = Csb", "volcano"] {
             let query: Query = text.parse().unwrap();
             let error = finder.find(&query, [0.0; 2], 200.0, 1, &Watch::default()).unwrap_err();
             assert!(error.exit_code() == 2 && error.hint().is_some_and(|hint| hint.contains("world")), "{error}");

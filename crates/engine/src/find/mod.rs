@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Realms and climates are as large as continents. They are searched on the coarse nodes of the geography, in blocks of
-//! its own, and no land is made for them.
+//! its own, and volcanoes by the plan of their places. No land is made for them.
 //!
 //! The search goes through the world block by block, outwards from a place, until it has found enough. Expensive
 //! properties are first looked up in the same world at a coarse stride, and at every vertex only where that shows a
@@ -194,7 +194,7 @@ impl Finder {
         let node_m = match query.thing {
             Thing::Lake => (query.least(Measure::Area).unwrap_or(0.0) * 1e6).sqrt() / LAKE_NODES,
             Thing::Peak => f64::INFINITY,
-            Thing::River | Thing::Site(_) | Thing::Realm(_) | Thing::Biome(_) => 0.0,
+            Thing::River | Thing::Site(_) | Thing::Realm(_) | Thing::Biome(_) | Thing::Volcano => 0.0,
         };
         let vertices = (node_m / self.world.spacing_m()).min(COARSEST as f64).max(1.0) as u64;
         Stride::new(1 << vertices.ilog2()).expect("a power of two that is no more than the coarsest")
@@ -279,7 +279,7 @@ impl NearestSearch<'_> {
             Thing::Peak => self.peaks(area)?,
             Thing::River => self.rivers(area)?,
             Thing::Site(class) => self.sites(area, class)?,
-            Thing::Realm(_) | Thing::Biome(_) => Vec::new(),
+            Thing::Realm(_) | Thing::Biome(_) | Thing::Volcano => Vec::new(),
         };
         let mut asked = Vec::new();
         for found in found {

@@ -22,6 +22,8 @@ pub enum Thing {
     Realm(RealmKind),
     /// A place with a climate, in a world with a geography.
     Biome(BiomeLetters),
+    /// A volcano, in a world with a geography.
+    Volcano,
 }
 
 /// The first letters of climates: `Csb` is one climate, `BW` all deserts.
@@ -57,7 +59,8 @@ pub enum Beside {
 pub enum Measure {
     /// Area in square kilometres: of a lake without its islands, or of a continent, a sea, a desert and so on.
     Area,
-    /// Height in metres above zero of a peak, of a lake's surface, or of the ground of a settlement.
+    /// Height in metres above zero of a peak, of a lake's surface, or of the ground of a settlement; of a volcano, above
+    /// the land at its foot.
     Height,
     /// Length of a river in kilometres.
     Length,
@@ -88,6 +91,7 @@ impl Measure {
             Thing::Site(_) => &[Measure::Population, Measure::Height],
             Thing::Realm(_) => &[Measure::Area],
             Thing::Biome(_) => &[],
+            Thing::Volcano => &[Measure::Height],
         }
     }
 }
@@ -194,7 +198,7 @@ fn unit(thing: Thing, unit: &str) -> Option<(Measure, f64, f64)> {
         ("km\u{b2}", _) => ("km2", 1.0, 1.0),
         ("m\u{b3}/s", _) => ("m3/s", 1.0, 1.0),
         ("m", Thing::River) => ("km", 1.0, 1000.0),
-        ("km", Thing::Lake | Thing::Peak | Thing::Site(_)) => ("m", 1000.0, 1.0),
+        ("km", Thing::Lake | Thing::Peak | Thing::Site(_) | Thing::Volcano) => ("m", 1000.0, 1.0),
         (other, _) => (other, 1.0, 1.0),
     };
     let known = Measure::of(thing);
@@ -206,7 +210,7 @@ fn unit(thing: Thing, unit: &str) -> Option<(Measure, f64, f64)> {
 fn units(thing: Thing) -> &'static str {
     match thing {
         Thing::Lake => "m2, ha or km2, or m or km of height",
-        Thing::Peak => "m or km",
+        Thing::Peak | Thing::Volcano => "m or km",
         Thing::River => "m or km, or m3/s",
         Thing::Site(_) => "people, or m or km of height",
         Thing::Realm(_) => "m2, ha or km2",
@@ -225,12 +229,13 @@ impl Thing {
             Thing::Site(Some(class)) => class.name(),
             Thing::Realm(kind) => kind.name(),
             Thing::Biome(_) => "biome",
+            Thing::Volcano => "volcano",
         }
     }
 
     /// True if only a world with a geography has such things.
     pub fn is_large(self) -> bool {
-        matches!(self, Thing::Realm(_) | Thing::Biome(_))
+        matches!(self, Thing::Realm(_) | Thing::Biome(_) | Thing::Volcano)
     }
 
     /// Returns the radius in kilometres of a search for which no radius is given.
@@ -248,6 +253,7 @@ impl Thing {
             "hamlet" | "hamlets" => Thing::Site(Some(SiteClass::Hamlet)),
             "village" | "villages" => Thing::Site(Some(SiteClass::Village)),
             "town" | "towns" => Thing::Site(Some(SiteClass::Town)),
+            "volcano" | "volcanoes" => Thing::Volcano,
             other => {
                 let is_named = |kind: &RealmKind| other.strip_suffix('s').unwrap_or(other) == kind.name();
                 return RealmKind::ALL.into_iter().find(is_named).map(Thing::Realm);
@@ -258,7 +264,7 @@ impl Thing {
 
 /// Grammar of a query in one sentence, for error messages.
 const GRAMMAR: &str = "write a thing (lake, peak, river, place, hamlet, village, town; in a whole world continent, ocean, sea, bay, \
-    island, desert, plain, range), perhaps \"on river\", \"on lake\" or \"on sea\", and bounds: >, >=, <, <= or = and a number of \
+    island, desert, plain, range, volcano), perhaps \"on river\", \"on lake\" or \"on sea\", and bounds: >, >=, <, <= or = and a number of \
     m2, ha, km2, m, km, m3/s or people; such as \"lakes > 20000 m2\", \"peak >= 3500 m\", \"town on river\" or \
     \"desert > 10000 km2\"; or the letters of a climate, perhaps \"on coast\": \"biome = Csb on coast\"";
 

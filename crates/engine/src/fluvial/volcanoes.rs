@@ -189,6 +189,16 @@ const CINDER_FIELD: KindSizes = KindSizes {
 const CORE_HILL_SLOPE: f64 = 0.15;
 
 impl VolcanoKind {
+    /// Returns the name of the kind, as in `cinder field`.
+    pub fn name(self) -> &'static str {
+        match self {
+            VolcanoKind::Stratovolcano => "stratovolcano",
+            VolcanoKind::Shield => "shield",
+            VolcanoKind::Caldera => "caldera",
+            VolcanoKind::CinderField => "cinder field",
+        }
+    }
+
     fn sizes(self) -> &'static KindSizes {
         match self {
             VolcanoKind::Stratovolcano => &STRATOVOLCANO,
