@@ -11,6 +11,9 @@ use crate::grain_point::GRAINS;
 use crate::lines::{LakeId, Line, LineId};
 use crate::world::World;
 
+/// Kind of a lake without outlet in a dry land: brine on a level floor of salt.
+pub const SALT_PAN: &str = "salt pan";
+
 /// A lake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LakeFeature {
@@ -19,7 +22,7 @@ pub struct LakeFeature {
     pub id: String,
     /// Name on maps; `None` in a world without places.
     pub name: Option<String>,
-    /// `lake`, or `salt pan` for a lake without outlet in a dry land: brine on a level floor of salt.
+    /// `lake`, or [`SALT_PAN`].
     pub kind: &'static str,
     /// Height of the water surface in metres.
     pub level_m: f64,
@@ -56,7 +59,7 @@ fn of_lake(world: &World, lake: &Lake) -> LakeFeature {
     LakeFeature {
         id: lake.id.to_string(),
         name: lake_name(world, lake.id),
-        kind: if is_pan(world, lake.id) { "salt pan" } else { "lake" },
+        kind: if is_pan(world, lake.id) { SALT_PAN } else { "lake" },
         level_m: lake.level_m,
         area_m2: lake.area_m2,
         outlet: lake.outlet,

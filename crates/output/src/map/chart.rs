@@ -373,8 +373,9 @@ impl Picture {
         if drawing.rivers.iter().any(|river| area.meets(river.bounds)) {
             items.push(LegendItem::River);
         }
-        if drawing.lakes.iter().any(|lake| shows(&lake.shape)) {
-            items.push(LegendItem::Lake);
+        let mut lakes = drawing.lakes.iter().filter(|lake| shows(&lake.shape)).peekable();
+        if lakes.peek().is_some() {
+            items.push(LegendItem::Lake { has_pans: lakes.any(|lake| lake.is_pan) });
         }
         if self.writings.iter().any(|writing| writing.is_peak() && self.shows(writing.at)) {
             items.push(LegendItem::Peak);
@@ -523,7 +524,8 @@ impl Picture {
     fn draw_waters(&self, outlines: &[Outlines], canvas: &mut dyn Plotter) {
         let (style, scale, drawing) = (&self.chart.style, &self.chart.scale, &self.drawing);
         for lake in &drawing.lakes {
-            canvas.item(&lake.item("lake"), |canvas| canvas.fill(&lake.shape, style.water.fill));
+            let colour = if lake.is_pan { style.water.pan } else { style.water.fill };
+            canvas.item(&lake.item("lake"), |canvas| canvas.fill(&lake.shape, colour));
         }
         let stroke_rivers =
             |canvas: &mut dyn Plotter, kind: &'static str, colour: Colour, drawn: &dyn Fn(&Strokes) -> Vec<f64>| {

@@ -10,7 +10,7 @@ use glam::{DVec2, dvec2};
 use rayon::prelude::*;
 
 use crate::area::Area;
-use crate::features::landforms::{LAKES, LakeFeature, valley_name};
+use crate::features::landforms::{LAKES, LakeFeature, SALT_PAN, valley_name};
 use crate::features::sites::SiteFeature;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
@@ -78,6 +78,8 @@ pub(super) struct LakeShape {
     pub shape: Shape,
     pub id: String,
     pub name: Option<String>,
+    /// True for a salt pan.
+    pub is_pan: bool,
     pub area_px: f64,
     /// A point well inside the lake, and the width of the lake there from west to east.
     pub middle: DVec2,
@@ -139,7 +141,8 @@ impl LakeShape {
     fn new(lake: LakeFeature, rings: Vec<Vec<DVec2>>, area_px: f64) -> LakeShape {
         let shape = Shape::new(rings);
         let (middle, widest) = shape.widest(shape.bounds);
-        LakeShape { shape, id: lake.id, name: lake.name, area_px, middle, widest }
+        let is_pan = lake.kind == SALT_PAN;
+        LakeShape { shape, id: lake.id, name: lake.name, is_pan, area_px, middle, widest }
     }
 
     /// Returns the lake, or a part of it, as an object of a page.

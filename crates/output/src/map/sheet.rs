@@ -9,6 +9,7 @@ use glam::{DVec2, dvec2};
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::features::landforms::SALT_PAN;
 use crate::lines::RoadClass;
 use crate::map::canvas::Canvas;
 use crate::map::chart::{Chart, Picture};
@@ -621,7 +622,13 @@ impl SheetPrinter<'_> {
             LegendItem::Class(class) => {
                 self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], Colour(class.colour()));
             }
-            LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
+            LegendItem::Lake { has_pans } => {
+                let [low, high] = [y - self.mm(1.3), y + self.mm(1.3)];
+                self.fill([x, low, x + width, high], style.water.fill);
+                if has_pans {
+                    self.fill([middle.x, low, x + width, high], style.water.pan);
+                }
+            }
             LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
             LegendItem::Site(class) => self.marks.push(Mark::Site(middle, class)),
             LegendItem::Peak => self.marks.push(Mark::Peak(middle)),
@@ -715,7 +722,10 @@ pub(super) enum LegendItem {
     Class(LandClass),
     Road(RoadClass),
     River,
-    Lake,
+    /// Lakes, some of which may be salt pans.
+    Lake {
+        has_pans: bool,
+    },
     Contour,
     Site(SiteClass),
     Peak,
@@ -732,7 +742,8 @@ impl LegendItem {
             LegendItem::Road(RoadClass::Road) => "road".into(),
             LegendItem::Road(RoadClass::Track) => "track".into(),
             LegendItem::River => "river".into(),
-            LegendItem::Lake => "lake".into(),
+            LegendItem::Lake { has_pans: false } => "lake".into(),
+            LegendItem::Lake { has_pans: true } => format!("lake, {SALT_PAN}"),
             LegendItem::Contour => format!("contours, each {interval_m} m"),
             LegendItem::Site(class) => class.name().into(),
             LegendItem::Peak => "peak, height in m".into(),

@@ -258,6 +258,8 @@ pub struct WaterStyle {
     pub line: Colour,
     /// Colour of lakes, and of rivers between their banks where there is room between the banks.
     pub fill: Colour,
+    /// Colour of salt pans: lakes without outlet in dry lands, whose water is shallow brine upon white salt.
+    pub pan: Colour,
     /// Widths of the smallest and of the largest river, 0 to 10 mm.
     #[schemars(length(min = 2, max = 2), inner(range(min = 0, max = 10)))]
     pub river_mm: [f64; 2],
