@@ -56,11 +56,12 @@ const LEAST_SKETCHED_CELL: i64 = 2;
 const LEAST_PIECE: i64 = 2;
 const LEAST_SKETCHED_PIECE: i64 = 4;
 
-/// Vertices between samples of the slope of the hills: uplift varies over kilometres only, and bands of rock are a
-/// kilometre wide and more. And nodes between samples,
-/// where each node is the mean of whole trunk cells: a cell then holds at least two samples a side.
-const SLOPE_STEP: i64 = 32;
-const ROCK_SLOPE_STEP: i64 = 16;
+/// Vertices between samples of the slope of the hills: bands of rock, in which it varies most, are some hundreds of
+/// metres wide and more.
+pub(super) const SLOPE_STEP: i64 = 16;
+
+/// Nodes between these samples where each node is the mean of whole trunk cells: a cell then holds at least two samples a
+/// side.
 const FAR_SLOPE_STEP: i64 = 2;
 
 impl Detail {
@@ -83,7 +84,7 @@ impl Detail {
         let river_cells = (LEAST_RIVER_CELL * stride * GRAINS) as f64 / fields.side(0) as f64;
         Detail {
             step,
-            slope_step: slope_step(fields).max(if is_far { FAR_SLOPE_STEP * step } else { step }),
+            slope_step: SLOPE_STEP.max(if is_far { FAR_SLOPE_STEP * step } else { step }),
             channels: ShownChannels {
                 levels,
                 least_piece: if has_all { 0.0 } else { (least_piece * stride * GRAINS) as f64 },
@@ -96,11 +97,6 @@ impl Detail {
             is_far,
         }
     }
-}
-
-/// Returns the vertices between samples of the slope of the hills.
-pub(super) fn slope_step(fields: &Fields) -> i64 {
-    if fields.has_rocks() { ROCK_SLOPE_STEP } else { SLOPE_STEP }
 }
 
 /// Tells whether nodes `stride` vertices apart are further apart than the trunk cells are wide.

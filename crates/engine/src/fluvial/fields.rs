@@ -318,11 +318,6 @@ impl Fields {
         self.geography().is_some() && self.laws(at).runoff_m < CLOSED_RUNOFF_M
     }
 
-    /// Tells whether rock differs from place to place.
-    pub(super) fn has_rocks(&self) -> bool {
-        self.geography().is_some() || self.settings.rock.is_some()
-    }
-
     /// Tells whether there is a sea.
     pub fn has_sea(&self) -> bool {
         self.sea.is_some()

@@ -8,7 +8,7 @@ use super::segment::Reach;
 use super::valley::InRows;
 use crate::area::Area;
 use crate::grain_point::Point;
-use crate::grid::{between_corners, corners, spline_between_corners};
+use crate::grid::{corners, spline_between_corners};
 use crate::simd::Simd;
 
 /// Values at nodes.
@@ -73,15 +73,8 @@ impl Hillsides {
         let (step, levels) = (detail.slope_step / detail.step, detail.channels.levels);
         let coarse = detail.slope_step;
         // A bilinear surface would show its squares where rock changes the slope from one to the next.
-        let is_smooth = fields.has_rocks();
-        let between = |values: &[f32]| match is_smooth {
-            true => spline_between_corners(area, step, values),
-            false => between_corners(area, step, values),
-        };
-        let corners = corners(area, step)
-            .padded(usize::from(is_smooth))
-            .vertices()
-            .map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
+        let between = |values: &[f32]| spline_between_corners(area, step, values);
+        let corners = corners(area, step).padded(1).vertices().map(|(x, y)| Point::at_vertex(x * coarse, y * coarse));
         let laws = fields.all_laws(&corners.collect::<Vec<_>>());
         let table = |of: &dyn Fn(&Laws) -> f64| between(&laws.iter().map(|laws| of(laws) as f32).collect::<Vec<_>>());
         let law = |laws: &Laws| RestLaw::new(fields, laws, levels);

@@ -23,67 +23,55 @@ pub struct RockFactors {
     pub brooks: f64,
 }
 
+/// The factors in the order of their fields.
+type Factors = [f64; 6];
+
 /// Rocks as they are when all else is equal: massive rock, the hardest and the softest beds of layered rock, limestone,
 /// volcanic rock, and soft rock where it is wet and where it is dry.
-const WHOLE: RockFactors = of([1.15, 1.2, 0.7, 1.0, 0.5, 0.95]);
-const HARD_BED: RockFactors = of([1.4, 1.4, 0.5, 0.5, 0.4, 0.85]);
-const SOFT_BED: RockFactors = of([0.55, 0.7, 1.5, 1.5, 1.0, 1.15]);
-const LIMESTONE: RockFactors = of([1.15, 1.1, 0.5, 0.8, 0.3, 0.5]);
-const LAVA: RockFactors = of([1.0, 1.0, 0.7, 0.6, 0.8, 0.95]);
-const WET_CLAY: RockFactors = of([0.5, 0.6, 1.6, 2.0, 0.6, 1.1]);
-const DRY_CLAY: RockFactors = of([0.85, 0.6, 1.4, 0.3, 1.5, 1.15]);
+const WHOLE: Factors = [1.15, 1.2, 0.7, 1.0, 0.5, 0.95];
+const HARD_BED: Factors = [1.4, 1.4, 0.5, 0.5, 0.4, 0.85];
+const SOFT_BED: Factors = [0.55, 0.7, 1.5, 1.5, 1.0, 1.15];
+const LIMESTONE: Factors = [1.15, 1.1, 0.5, 0.8, 0.3, 0.5];
+const LAVA: Factors = [1.0, 1.0, 0.7, 0.6, 0.8, 0.95];
+const WET_CLAY: Factors = [0.5, 0.6, 1.6, 2.0, 0.6, 1.1];
+const DRY_CLAY: Factors = [0.85, 0.6, 1.4, 0.3, 1.5, 1.15];
 
 /// The least and the greatest factors of any rock.
-pub const LEAST: RockFactors = of([0.35, 0.45, 0.4, 0.3, 0.3, 0.5]);
-pub const MOST: RockFactors = of([1.4, 1.4, 1.7, 2.0, 1.5, 1.15]);
+pub const LEAST: RockFactors = RockFactors::of([0.35, 0.45, 0.4, 0.3, 0.3, 0.5]);
+pub const MOST: RockFactors = RockFactors::of([1.4, 1.4, 1.7, 2.0, 1.5, 1.15]);
 
 /// Differences between a kind's hardest and softest patches, as a factor of the slopes.
 const PATCHES: f64 = 0.3;
 
-const fn of([hill_slope, bed_slope, valley, crest_m, gullies, brooks]: [f64; 6]) -> RockFactors {
-    RockFactors { hill_slope, bed_slope, valley, crest_m, gullies, brooks }
-}
-
 impl RockFactors {
     /// Returns the factors of a rock, given the wetness of the place, from 0 to 1.
     pub fn new(rock: &RockAtPlace, wet: f64) -> RockFactors {
-        let hard = HARD_BED.towards(LIMESTONE, rock.limestone * wet);
+        let hard = between(HARD_BED, LIMESTONE, rock.limestone * wet);
         let kinds = RockKind::ALL.map(|kind| match kind {
-            RockKind::Massive => WHOLE.patched(rock.patch_hardness),
-            RockKind::Layered => SOFT_BED.towards(hard, rock.bed_hardness),
-            RockKind::Volcanic => LAVA.patched(rock.patch_hardness),
-            RockKind::Soft => DRY_CLAY.towards(WET_CLAY, wet).patched(rock.patch_hardness),
+            RockKind::Massive => patched(WHOLE, rock.patch_hardness),
+            RockKind::Layered => between(SOFT_BED, hard, rock.bed_hardness),
+            RockKind::Volcanic => patched(LAVA, rock.patch_hardness),
+            RockKind::Soft => patched(between(DRY_CLAY, WET_CLAY, wet), rock.patch_hardness),
         });
-        let mean =
-            |of: fn(&RockFactors) -> f64| kinds.iter().zip(rock.shares).map(|(kind, share)| of(kind) * share).sum();
-        RockFactors {
-            hill_slope: mean(|kind| kind.hill_slope),
-            bed_slope: mean(|kind| kind.bed_slope),
-            valley: mean(|kind| kind.valley),
-            crest_m: mean(|kind| kind.crest_m),
-            gullies: mean(|kind| kind.gullies),
-            brooks: mean(|kind| kind.brooks),
-        }
+        let mean = |of: usize| kinds.iter().zip(rock.shares).map(|(kind, share)| kind[of] * share).sum();
+        RockFactors::of(std::array::from_fn(mean))
     }
 
-    /// Returns the factors of a share of the way to others.
-    fn towards(self, other: RockFactors, share: f64) -> RockFactors {
-        let between = |of: fn(&RockFactors) -> f64| of(&self) + (of(&other) - of(&self)) * share;
-        RockFactors {
-            hill_slope: between(|of| of.hill_slope),
-            bed_slope: between(|of| of.bed_slope),
-            valley: between(|of| of.valley),
-            crest_m: between(|of| of.crest_m),
-            gullies: between(|of| of.gullies),
-            brooks: between(|of| of.brooks),
-        }
+    const fn of([hill_slope, bed_slope, valley, crest_m, gullies, brooks]: Factors) -> RockFactors {
+        RockFactors { hill_slope, bed_slope, valley, crest_m, gullies, brooks }
     }
+}
 
-    /// Returns the factors of a patch of this hardness, from 0 to 1, among patches of a kind of rock.
-    fn patched(self, hardness: f64) -> RockFactors {
-        let harder = 1.0 + PATCHES * (hardness - 0.5);
-        RockFactors { hill_slope: self.hill_slope * harder, bed_slope: self.bed_slope * harder, ..self }
-    }
+/// Returns the factors of a share of the way from some to others.
+fn between(from: Factors, to: Factors, share: f64) -> Factors {
+    std::array::from_fn(|of| from[of] + (to[of] - from[of]) * share)
+}
+
+/// Returns the factors of a patch of this hardness, from 0 to 1, among patches of a kind of rock.
+fn patched([hill_slope, bed_slope, others @ ..]: Factors, hardness: f64) -> Factors {
+    let harder = 1.0 + PATCHES * (hardness - 0.5);
+    let [valley, crest_m, gullies, brooks] = others;
+    [hill_slope * harder, bed_slope * harder, valley, crest_m, gullies, brooks]
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 use crate::area::Area;
 use crate::clock::Clock;
 use crate::fluvial::Fluvial;
-use crate::fluvial::detail::{Detail, slope_step};
+use crate::fluvial::detail::{Detail, SLOPE_STEP};
 use crate::fluvial::network::ShownChannels;
 use crate::fluvial::segment::{Reach, Segments};
 use crate::geometry::lerp;
@@ -288,7 +288,7 @@ impl Fluvial {
         let brook_cells = if dry_brooks { BROOK_CELLS } else { WET_CELLS };
         Detail {
             step,
-            slope_step: slope_step(&self.fields).max(step),
+            slope_step: SLOPE_STEP.max(step),
             channels,
             brook_cells,
             gullies: sampling.has_gullies(),
