@@ -19,15 +19,15 @@ pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 /// The layers, each with the version of its work on the output of the layers before it.
 pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
-    ("geography", 2),
-    ("fluvial", 4),
-    ("places", 3),
+    ("geography", 3),
+    ("fluvial", 5),
+    ("places", 4),
     ("agents", 3),
     ("lines", 1),
     ("tile", 3),
     ("features", 3),
     ("mesh", 3),
-    ("map", 3),
+    ("map", 4),
 ];
 
 /// Returns the layers' versions by name, as manifests have them.

@@ -65,6 +65,9 @@ const WORLD_OLD_ARMS: f64 = 0.5;
 const WORLD_BRAIDS: f64 = 0.2;
 const WORLD_MORAINES: f64 = 0.8;
 
+/// Strength of a rift from which on there are more lakes, and the further strength with which there are most.
+const RIFT_LAKES: [f64; 2] = [0.15, 0.3];
+
 /// Share of the cells that are left without a channel, so that confluences are not spaced too evenly. Chosen by eye.
 const LEFT_OUT: f64 = 0.15;
 
@@ -318,6 +321,8 @@ impl Fields {
         let (wet, flat) = (smooth(runoff_m / WET_RUNOFF_M), land.flatness());
         // Ice has scoured hollows where it once lay thick on the land, and left no order in its brooks.
         let iced_over = setting.was_under_ice();
+        // The floor of a rift sinks unevenly.
+        let hollow = iced_over.max(smooth((land.rift - RIFT_LAKES[0]) / RIFT_LAKES[1]));
         let between = |[least, most]: [f64; 2], share: f64| least + (most - least) * share;
         Laws {
             hill_slope: low + (high - low) * steepness,
@@ -327,7 +332,7 @@ impl Fields {
             glacier_m: climate.snow_line_m().max(LEAST_ICE_M) + self.datum_m(),
             gullies: between(WORLD_GULLIES, (1.0 - wet) * (1.0 - buried)),
             runoff_m,
-            lakes: wet * between(WORLD_LAKES, iced_over) * (1.0 - under_ice),
+            lakes: wet * between(WORLD_LAKES, hollow) * (1.0 - under_ice),
             left_out: LEFT_OUT + (ICE_LEFT_OUT - LEFT_OUT) * iced_over * flat,
             old_arms: wet * flat * WORLD_OLD_ARMS,
             braids: flat * WORLD_BRAIDS,

@@ -87,6 +87,9 @@ const SWING: f64 = 1.6;
 /// eye: on maps of the volcanoes of several seeds.
 const VOLCANISM: [f64; 3] = [2.0, 1.6, 2.0];
 
+/// Uplift beside the greatest rift, between which and the rift's middle the land falls by 1,000 m and more.
+const RIFT_SHOULDERS: f64 = 0.35;
+
 /// Places a side of the square, and its side in cells of continents, by which the sea is given its share of the world.
 const SAMPLES: i64 = 64;
 const SAMPLED: f64 = 4.0;
@@ -309,7 +312,8 @@ impl Geography {
             let young = (belt * (0.35 + 0.65 * crest) + 0.6 * islands) * (0.85 + 0.6 * ranges);
             let hilly = smooth((1.6 * hills + 0.05).clamp(0.0, 1.0));
             let worn = 0.28 * old * old * (0.6 + 0.8 * ranges);
-            let uplift = (LEAST_UPLIFT + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + 0.15 * crust.rift).min(1.0);
+            let shoulders = RIFT_SHOULDERS * (crust.rift - crust.graben);
+            let uplift = (LEAST_UPLIFT + 0.1 * hilly + worn.max(0.0) + young.max(0.0) + shoulders).min(1.0);
             let youth = young.max(0.0) / (young.max(0.0) + worn.max(0.0) + 0.02);
             let [of_arc, of_front, of_rift] = VOLCANISM;
             let volcanism = (of_arc * crust.arc + of_front * crust.front + of_rift * crust.rift).min(1.0);

@@ -74,8 +74,10 @@ pub struct Crust {
     pub arc: f64,
     /// Strength of the line of volcanoes that stands inland where a continent's plate rides over an ocean's, from 0.
     pub front: f64,
-    /// Strength of the rift where continents part, from 0.
+    /// Strength of the rift where continents part, from 0: of all land that rises beside it, and of the strip along its
+    /// middle that has sunk between faults.
     pub rift: f64,
+    pub graben: f64,
     /// Coordinate across the border between the plates, in sides of a plate: ranges run along its lines.
     pub across: f64,
 }
@@ -204,7 +206,11 @@ impl Crust {
         self.belt += push * (both * border * border.sqrt() + 0.9 * (1.0 - both - none) * beside * beside.sqrt());
         self.front += push * (1.0 - both - none) * (beside * beside) * (beside * beside);
         self.arc += push * none * (border * border) * (border * border);
-        let torn = border * border * border;
-        self.rift += (-pushed - 0.15).clamp(0.0, 1.0) * both * torn * torn;
+        let pull = (-pushed - 0.15).clamp(0.0, 1.0) * both;
+        let torn = border * border * border * border * border * border;
+        let sunk = torn * torn * torn;
+        self.rift += pull * torn;
+        // 80 km wide on Earth.
+        self.graben += pull * sunk * sunk;
     }
 }
