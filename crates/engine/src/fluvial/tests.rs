@@ -510,7 +510,11 @@ fn vertices_lie_on_the_terraces_of_their_valleys() {
     let (metres, mut on_terraces) = (fluvial.fields.metres_a_grain(), 0);
     for (index, (x, y)) in known.nodes.area.vertices().enumerate() {
         // Skip rounded crests.
-        if known.valleys.crest_m[index] < fluvial.fields.most_laws().crest_m as f32 {
+        let rounded_m = match &known.hillsides.crest_m {
+            NodeValues::Same(value) => *value,
+            NodeValues::Each(values) => values[index],
+        };
+        if known.valleys.crest_m[index] < rounded_m {
             continue;
         }
         let segment = &known.segments.all[known.valleys.segment[index] as usize];

@@ -318,7 +318,7 @@ mod tests {
             let nearest = whole[..index].iter().map(|other| apart(range, other)).fold(f64::MAX, f64::min);
             assert!(nearest >= scale.pixels(APART_MM), "{} and another are {nearest} apart", range.name);
         }
-        let part = Area::new(-130, 20, 210, 170);
+        let part = Area::new(-180, -40, 300, 240);
         let reach = scale.pixels(REACH_MM) as usize;
         let near = |range: &&Range| {
             let DVec2 { x, y } = range.top;
