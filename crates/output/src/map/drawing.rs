@@ -45,9 +45,11 @@ const CHORDS: u32 = 12;
 /// Area in square pixels of the smallest lake that is drawn.
 const LEAST_LAKE: f64 = 6.0;
 
-/// Smallest half-width in pixels of the widest lakes of a level. A sketch leaves out levels on which all lakes are
-/// narrower.
-const SKETCHED_LAKE: f64 = 2.0;
+/// Smallest half-width in pixels of the widest lakes of a level: levels on which all lakes are narrower are left out. A
+/// lake is at most 17 half widths long, and its bays are no larger than all the rest, so none of them would be as large
+/// as [`LEAST_LAKE`]. And the same in a sketch.
+const LEAST_HALF_WIDTH: f64 = 0.3;
+const SKETCHED_HALF_WIDTH: f64 = 2.0;
 
 /// Discharge of the smallest river that has a name, as a multiple of that of the smallest river that is drawn.
 const NAMED: f64 = 6.0;
@@ -262,7 +264,7 @@ impl Draughtsman<'_> {
             let ring: Vec<DVec2> = ring.iter().map(|at| self.scale.pixel(*at)).collect();
             thinned(&ring, LEAST_BEND).into_iter().map(|index| ring[index]).collect::<Vec<_>>()
         };
-        let least_px = if self.is_sketch { SKETCHED_LAKE } else { 0.0 };
+        let least_px = if self.is_sketch { SKETCHED_HALF_WIDTH } else { LEAST_HALF_WIDTH };
         let lakes = |part: &Area| {
             let lakes = self.world.wide_lakes(part, least_px * self.scale.metres_per_pixel, clock)?;
             LAKES.features(self.world, lakes, clock)

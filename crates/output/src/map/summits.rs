@@ -26,9 +26,11 @@ const BLOCK: i64 = 2;
 /// Largest number of bytes of blocks that are remembered.
 const REMEMBERED: usize = 1 << 20;
 
-/// Smallest height in metres by which a peak rises above the lowest coarse ground around it, within three quarters of a
-/// cell.
-const LEAST_RISE_M: f32 = 100.0;
+/// Smallest height by which a peak rises above the lowest coarse ground around it, within three quarters of a cell: in
+/// metres, and as a share of the side of the square that has it alone. So maps of continents name the peaks of high
+/// ranges only. Chosen by eye.
+const LEAST_RISE_M: f64 = 100.0;
+const LEAST_RISE: f64 = 0.004;
 
 /// A peak with its height and its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,7 @@ pub(super) struct PeakSource {
 #[derive(Debug)]
 struct FromAfar {
     world: World,
+    least_rise_m: f32,
     climb: Climb,
     blocks: Memory<[i64; 2], Vec<Summit>>,
 }
@@ -71,7 +74,8 @@ impl PeakSource {
             let stride = Stride::within(room_m / CELL as f64, world.spacing_m());
             let climb = Climb::new(Arc::clone(&world), stride);
             let blocks = Memory::within(REMEMBERED, world.budget());
-            FromAfar { world: world.at_stride(stride), climb, blocks }
+            let least_rise_m = LEAST_RISE_M.max(LEAST_RISE * room_m) as f32;
+            FromAfar { world: world.at_stride(stride), least_rise_m, climb, blocks }
         });
         PeakSource { world, afar }
     }
@@ -133,7 +137,7 @@ impl FromAfar {
             let around = around.common(&land.heights.area()).expect("it is in the area");
             let lowest_m = around.vertices().map(|(x, y)| land.heights.at(x, y)).fold(f32::MAX, f32::min);
             let is_top = highest(&land.heights, around).0 == top;
-            if is_top && height_m - lowest_m >= LEAST_RISE_M && height_m > sea_level_m {
+            if is_top && height_m - lowest_m >= self.least_rise_m && height_m > sea_level_m {
                 let peak = self.climb.peak(top.map(|at| at * self.world.stride().vertices()), clock)?;
                 found.extend(peak.map(|peak| Summit::new(whole, peak, clock)).transpose()?);
             }
