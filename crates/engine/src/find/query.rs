@@ -86,12 +86,11 @@ impl Measure {
     pub fn of(thing: Thing) -> &'static [Measure] {
         match thing {
             Thing::Lake => &[Measure::Area, Measure::Height],
-            Thing::Peak => &[Measure::Height],
+            Thing::Peak | Thing::Volcano => &[Measure::Height],
             Thing::River => &[Measure::Length, Measure::Discharge],
             Thing::Site(_) => &[Measure::Population, Measure::Height],
             Thing::Realm(_) => &[Measure::Area],
             Thing::Biome(_) => &[],
-            Thing::Volcano => &[Measure::Height],
         }
     }
 }

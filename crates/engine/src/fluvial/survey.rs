@@ -160,10 +160,17 @@ struct SurveyBlock {
 
 heap_bytes!(SurveyBlock: heights_m, waters);
 
+/// Metres from a shore from which on there is nothing but sea for any settlement around. Whoever looks for one need not
+/// make the floor of the sea.
+const OPEN_SEA_M: f64 = 40e3;
+
 impl Survey for Fluvial {
     fn habitability(&self, [x, y]: [i64; 2]) -> f64 {
-        let Some(geography) = self.fields.geography() else { return 1.0 };
-        geography.settings_at(&[Point::at_vertex(x, y)])[0].habitability()
+        let (at, Some(geography)) = (Point::at_vertex(x, y), self.fields.geography()) else { return 1.0 };
+        if self.fields.inland_m(at) < -OPEN_SEA_M {
+            return 0.0;
+        }
+        geography.settings_at(&[at])[0].habitability()
     }
 
     fn heights_m(&self, x0: i64, y0: i64, sampling: Sampling, cols: usize, rows: usize) -> Vec<f32> {
