@@ -87,7 +87,8 @@ const SWING: f64 = 1.6;
 /// eye: on maps of the volcanoes of several seeds.
 const VOLCANISM: [f64; 3] = [2.0, 1.6, 2.0];
 
-/// Uplift beside the greatest rift, between which and the rift's middle the land falls by 1,000 m and more.
+/// Uplift of the shoulders beside the strongest rift. Chosen by eye: the middles of rifts lie some 500 to 1,000 m below
+/// them.
 const RIFT_SHOULDERS: f64 = 0.35;
 
 /// Places a side of the square, and its side in cells of continents, by which the sea is given its share of the world.
@@ -402,6 +403,9 @@ impl PlannedLand for LandApart<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+    use std::f64::consts::TAU;
+
     use super::*;
 
     const METRES_A_GRAIN: f64 = 10.0 / 256.0;
@@ -448,6 +452,42 @@ mod tests {
         assert!((0.25..0.75).contains(&plains) && (0.05..0.3).contains(&mountains), "{shares:?}");
         assert!((0.01..0.15).contains(&high), "{shares:?}");
         assert!(uplifts.iter().all(|uplift| (LEAST_UPLIFT as f32..=1.0).contains(uplift)));
+    }
+
+    /// Where a rift is strongest, the land lies lower than on both of its sides.
+    #[test]
+    fn rifts_have_shoulders_and_a_low_middle() {
+        let ways = |km: f64| {
+            let angles = (0..16).map(|n| f64::from(n) / 16.0 * TAU);
+            angles.map(move |angle| [libm::cos(angle) * km, libm::sin(angle) * km])
+        };
+        let (mut middles, mut low) = (BTreeSet::new(), 0);
+        for seed in 1..=6 {
+            let geography = geography(seed);
+            let land = |at: Point| geography.land_at_large(&[at])[0];
+            let places = square(12_000.0, 60);
+            let lands = geography.land_at_large(&places);
+            for (mut at, _) in places.into_iter().zip(lands).filter(|(_, land)| land.rift > 0.3 && land.continent > 0.1)
+            {
+                // Climb to the middle.
+                while let Some(next) =
+                    ways(8.0).map(|way| beside(at, way)).find(|next| land(*next).rift > land(at).rift)
+                {
+                    at = next;
+                }
+                let middle = land(at);
+                if middle.continent < 0.1 || middle.youth > 0.3 || middle.rift < 0.5 || !middles.insert((seed, at)) {
+                    continue;
+                }
+                // The rift fades fastest across it.
+                let sides = |way: [f64; 2]| [way, way.map(|km| -km)].map(|way| land(beside(at, way)));
+                let fading = |way: &[f64; 2]| sides(*way).map(|side| side.rift).iter().copied().fold(0.0, f64::max);
+                let across = ways(70.0).min_by(|a, b| fading(a).total_cmp(&fading(b))).expect("there are ways");
+                low += usize::from(sides(across).iter().all(|side| side.uplift > middle.uplift));
+            }
+        }
+        let all = middles.len();
+        assert!(all > 10 && low * 10 > all * 8, "{low} of {all} middles are lower than both sides");
     }
 
     /// No field has a step: not where another plate becomes the nearest, nor at the edge of a patch of nodes.

@@ -74,9 +74,9 @@ pub struct Crust {
     pub arc: f64,
     /// Strength of the line of volcanoes that stands inland where a continent's plate rides over an ocean's, from 0.
     pub front: f64,
-    /// Strength of the rift where continents part, from 0: of all land that rises beside it, and of the strip along its
-    /// middle that has sunk between faults.
+    /// Strength of the rift where continents part, from 0.
     pub rift: f64,
+    /// The same, but of the narrow strip along the rift's middle alone, which has sunk between faults.
     pub graben: f64,
     /// Coordinate across the border between the plates, in sides of a plate: ranges run along its lines.
     pub across: f64,
