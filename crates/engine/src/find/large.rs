@@ -82,6 +82,12 @@ fn at_km(world: &World, Point { x, y }: Point) -> [f64; 2] {
     [x, -y].map(|grains| grains as f64 * world.spacing_m() / GRAINS as f64 / 1000.0)
 }
 
+/// Returns the place so many kilometres east and north of the origin.
+fn place_at(world: &World, at_km: [f64; 2]) -> Point {
+    let [x, y] = [at_km[0], -at_km[1]].map(|km| (km * 1000.0 / world.spacing_m() * GRAINS as f64) as i64);
+    Point { x, y }
+}
+
 /// A search in a geography.
 struct LargeSearch<'a> {
     world: &'a World,
@@ -105,11 +111,11 @@ impl LargeSearch<'_> {
     /// Finds the volcanoes whose middles lie in a block.
     fn volcanoes(&self, block: [i64; 2]) -> Vec<Found> {
         let Some(fluvial) = self.world.relief().fluvial() else { return Vec::new() };
-        let grains = |km: f64| (km * 1000.0 / self.world.spacing_m() * GRAINS as f64) as i64;
-        let west_south = block.map(|index| grains(index as f64 * VOLCANO_BLOCK_KM));
-        let side = grains(VOLCANO_BLOCK_KM);
-        let low = Point { x: west_south[0], y: -west_south[1] - side };
-        let high = Point { x: low.x + side, y: low.y + side };
+        // The corners of neighbouring blocks are the same points, so no volcano lies between blocks.
+        let corner = |off: [i64; 2]| {
+            place_at(self.world, [0, 1].map(|axis| (block[axis] + off[axis]) as f64 * VOLCANO_BLOCK_KM))
+        };
+        let [low, high] = [corner([0, 1]), corner([1, 0])];
         let found = |volcano: Volcano| {
             let at_km = at_km(self.world, volcano.middle);
             Found {
@@ -191,12 +197,6 @@ mod tests {
         finder.find(&query, near_km, query.thing.radius_km(), limit, &Watch::default()).unwrap()
     }
 
-    /// Returns the place so many kilometres east and north of the origin.
-    fn grains(world: &World, at_km: [f64; 2]) -> Point {
-        let [x, y] = [at_km[0], -at_km[1]].map(|km| (km * 1000.0 / world.spacing_m() * GRAINS as f64) as i64);
-        Point { x, y }
-    }
-
     #[test]
     fn large_things_are_found_by_their_size_nearest_first() {
         let mut finder = finder();
@@ -227,7 +227,7 @@ mod tests {
             let found = find(&mut finder, text, [0.0, 0.0], 2);
             assert_eq!(found.len(), 2, "{text}: {found:?}");
             for one in found {
-                let at = grains(finder.world(), one.at_km);
+                let at = place_at(finder.world(), one.at_km);
                 let setting = finder.world().geography().unwrap().settings_at(&[at])[0];
                 let biome = setting.climate.biome(setting.land.planned_m().max(0.0));
                 assert!(biome.code().starts_with(letters) && one.id.starts_with(letters), "{biome:?}: {one:?}");
@@ -244,10 +244,10 @@ mod tests {
         for one in &found {
             let [(Measure::Height, height_m)] = one.values[..] else { panic!("{one:?}") };
             assert!(height_m > 1500.0 && one.distance_km < 1000.0 && one.around_km < 60.0, "{one:?}");
-            let land = finder.world().geography().unwrap().land_at_large(&[grains(finder.world(), one.at_km)])[0];
+            let land = finder.world().geography().unwrap().land_at_large(&[place_at(finder.world(), one.at_km)])[0];
             assert!(land.volcanism > 0.0, "{one:?}: {land:?}");
         }
-        // One behind a border of blocks is found from beside it too.
+        // From a place beside, the nearest of these is the nearest still.
         let there = find(&mut finder, "volcano > 1500 m", found[2].at_km, 1);
         assert_eq!(there[0].id, found[2].id);
     }
