@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::area::Area;
 use crate::features::landforms::{LAKES, LakeFeature, SALT_PAN, valley_name};
 use crate::features::sites::SiteFeature;
+use crate::fluvial::landforms::lakes::LARGEST_LAKE;
 use crate::lines::{Line, LineKind, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::houses::{self, Town};
@@ -45,10 +46,12 @@ const CHORDS: u32 = 12;
 /// Area in square pixels of the smallest lake that is drawn.
 const LEAST_LAKE: f64 = 6.0;
 
-/// Smallest half-width in pixels of the widest lakes of a level: levels on which all lakes are narrower are left out. A
-/// lake is at most 17 half widths long, and its bays are no larger than all the rest, so none of them would be as large
-/// as [`LEAST_LAKE`]. And the same in a sketch.
-const LEAST_HALF_WIDTH: f64 = 0.3;
+/// Smallest half width in pixels of the widest lakes of a level: levels on which all lakes are narrower are left out. No
+/// lake is larger than [`LARGEST_LAKE`] squares of that half width, so none of theirs is as large as [`LEAST_LAKE`].
+const LEAST_HALF_WIDTH: f64 = 0.15;
+const _: () = assert!(LARGEST_LAKE * LEAST_HALF_WIDTH * LEAST_HALF_WIDTH <= LEAST_LAKE);
+
+/// The same half width in a sketch, which leaves out some lakes that would be large enough.
 const SKETCHED_HALF_WIDTH: f64 = 2.0;
 
 /// Discharge of the smallest river that has a name, as a multiple of that of the smallest river that is drawn.

@@ -138,6 +138,10 @@ mod tests {
             lakes.iter().map(|lake| lake.id).collect::<Vec<_>>()
         };
         let all = found(0.0);
+        for lake in Landforms::default().lakes(&fluvial, &area, 0.0, &Clock::default()).unwrap() {
+            let widest_m = Hollow::widest(fluvial.fields(), lake.id.0.0) * fluvial.fields().metres_a_grain();
+            assert!(lake.area_m2 < lakes::LARGEST_LAKE * widest_m * widest_m, "{}: {} m2", lake.id, lake.area_m2);
+        }
         for level in 0..4 {
             let widest_m = Hollow::widest(fluvial.fields(), level) * fluvial.fields().metres_a_grain();
             let wide: Vec<LakeId> = all.iter().copied().filter(|lake| lake.0.0 <= level).collect();
