@@ -208,6 +208,21 @@ fn a_world_without_a_geography_has_no_map_of_its_climate_or_rock() {
 }
 
 #[test]
+fn salt_pans_are_white_on_maps() {
+    let (_, preset) = Preset::load("world").unwrap();
+    let text = "extends = \"topographic\"\n[labels]\ndraw = false\n[places]\ndraw = false\n[contours]\ndraw = false";
+    let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+    let colours = [style.water.pan, style.water.fill].map(|colour| colour.0);
+    let scale = Scale { metres_per_pixel: 100.0, pixels_per_mm: 4.0 };
+    let chart = Chart::new(&Preset { places: None, ..preset }, None, style, scale).unwrap();
+    // A pan in a desert, 54 km2 large.
+    let (area, clock) = (Area::new(18_346, 23_860, 48, 48), Clock::default());
+    let pixels = chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap();
+    let [pan, lake] = colours.map(|colour| pixels.chunks_exact(3).filter(|pixel| **pixel == colour).count());
+    assert!(pan > 500 && lake == 0, "{pan} pixels of a pan and {lake} of a lake");
+}
+
+#[test]
 fn nodes_of_a_stride_have_the_climates_of_their_vertices() {
     let coarse = whole().at_stride(Stride::ONE.twice().twice());
     let tile = Tile::new(&coarse, TileId { x: 3, y: -2 });

@@ -373,9 +373,12 @@ impl Picture {
         if drawing.rivers.iter().any(|river| area.meets(river.bounds)) {
             items.push(LegendItem::River);
         }
-        let mut lakes = drawing.lakes.iter().filter(|lake| shows(&lake.shape)).peekable();
-        if lakes.peek().is_some() {
-            items.push(LegendItem::Lake { has_pans: lakes.any(|lake| lake.is_pan) });
+        let has = |is_pan| drawing.lakes.iter().any(|lake| lake.is_pan == is_pan && shows(&lake.shape));
+        match (has(false), has(true)) {
+            (false, false) => {}
+            (true, false) => items.push(LegendItem::Lake),
+            (false, true) => items.push(LegendItem::Pan),
+            (true, true) => items.push(LegendItem::LakeAndPan),
         }
         if self.writings.iter().any(|writing| writing.is_peak() && self.shows(writing.at)) {
             items.push(LegendItem::Peak);

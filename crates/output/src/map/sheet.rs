@@ -622,12 +622,11 @@ impl SheetPrinter<'_> {
             LegendItem::Class(class) => {
                 self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], Colour(class.colour()));
             }
-            LegendItem::Lake { has_pans } => {
-                let [low, high] = [y - self.mm(1.3), y + self.mm(1.3)];
-                self.fill([x, low, x + width, high], style.water.fill);
-                if has_pans {
-                    self.fill([middle.x, low, x + width, high], style.water.pan);
-                }
+            LegendItem::Lake => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.fill),
+            LegendItem::Pan => self.fill([x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.pan),
+            LegendItem::LakeAndPan => {
+                self.fill([x, y - self.mm(1.3), middle.x, y + self.mm(1.3)], style.water.fill);
+                self.fill([middle.x, y - self.mm(1.3), x + width, y + self.mm(1.3)], style.water.pan);
             }
             LegendItem::Contour => self.marks.push(line(style.contours.index_width_mm, style.contours.colour)),
             LegendItem::Site(class) => self.marks.push(Mark::Site(middle, class)),
@@ -722,10 +721,10 @@ pub(super) enum LegendItem {
     Class(LandClass),
     Road(RoadClass),
     River,
-    /// Lakes, some of which may be salt pans.
-    Lake {
-        has_pans: bool,
-    },
+    Lake,
+    Pan,
+    /// Lakes and salt pans in one row: legends of worlds without pans need no more room.
+    LakeAndPan,
     Contour,
     Site(SiteClass),
     Peak,
@@ -742,8 +741,9 @@ impl LegendItem {
             LegendItem::Road(RoadClass::Road) => "road".into(),
             LegendItem::Road(RoadClass::Track) => "track".into(),
             LegendItem::River => "river".into(),
-            LegendItem::Lake { has_pans: false } => "lake".into(),
-            LegendItem::Lake { has_pans: true } => format!("lake, {SALT_PAN}"),
+            LegendItem::Lake => "lake".into(),
+            LegendItem::Pan => SALT_PAN.into(),
+            LegendItem::LakeAndPan => format!("lake, {SALT_PAN}"),
             LegendItem::Contour => format!("contours, each {interval_m} m"),
             LegendItem::Site(class) => class.name().into(),
             LegendItem::Peak => "peak, height in m".into(),
