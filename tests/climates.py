@@ -39,7 +39,7 @@ def check_greys(folder, checks):
             values, greys = tiff.read(1).astype(float), png.read(1).astype(float)
             expected = values * scale + zero
             if path == "rock/strike":
-                # Half a turn is none.
+                # Strikes of 0 and of 180 degrees are the same.
                 off = np.abs((greys - expected + 128) % 256 - 128).max()
             else:
                 off = np.abs(greys - np.clip(expected, 0, 255)).max()

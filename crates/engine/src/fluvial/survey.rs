@@ -160,8 +160,8 @@ struct SurveyBlock {
 
 heap_bytes!(SurveyBlock: heights_m, waters);
 
-/// Metres from a shore from which on there is nothing but sea for any settlement around. Whoever looks for one need not
-/// make the floor of the sea.
+/// Metres into the sea from the shore of the lowstand, from which on nobody lives. It is much more than the side of a
+/// site cell, so no cell with land is empty for it; and where no site can be, no floor of the sea is made to look for it.
 const OPEN_SEA_M: f64 = 40e3;
 
 impl Survey for Fluvial {

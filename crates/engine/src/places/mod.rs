@@ -284,7 +284,7 @@ impl Places {
 
     /// Returns the smallest area with all vertices that the site of a cell may stand on.
     fn positions(&self, id: SiteId) -> Area {
-        site::positions(id, &self.plans.coarse.scale)
+        site::positions(id, &self.plans)
     }
 
     fn seat(&self, land: Surveyed<'_>, id: SiteId) -> Result<Option<Seat>, Stopped> {

@@ -108,8 +108,10 @@ impl Seat {
     }
 }
 
-/// Returns the smallest area with all vertices that a site of a cell may stand on.
-pub(super) fn positions(id: SiteId, scale: &PlanScale) -> Area {
+/// Returns the smallest area with all vertices that a site of a cell may stand on: nodes of the coarse plan, on which
+/// [`seat`] chooses.
+pub(super) fn positions(id: SiteId, plans: &Plans) -> Area {
+    let scale = &plans.coarse.scale;
     let [first, count] = settled_nodes(scale);
     let [x0, y0] = scale.vertex([id.i, id.j].map(|number| number * scale.side + first));
     let side = ((count - 1) * scale.step + 1) as usize;

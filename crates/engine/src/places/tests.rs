@@ -233,8 +233,8 @@ fn what_lies_in_a_part_is_what_the_whole_has_there() {
     assert!(!inside.is_empty());
 }
 
-/// Where no site of a cell may stand, no road of it is looked for: a site elsewhere would have roads in some windows and
-/// none in others.
+/// The search for roads skips pairs of cells whose positions are too far apart. A site beside its positions would have
+/// roads in some windows and none in others.
 #[test]
 fn all_sites_stand_on_the_positions_of_their_cells() {
     for (spacing_m, site_m) in [(SPACING_M, 2000.0), (SPACING_M, 2500.0), (20.0, 2500.0), (7.0, 1300.0)] {

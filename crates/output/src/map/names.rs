@@ -538,7 +538,7 @@ mod tests {
     #[ignore = "slow for its own sake"]
     fn a_whole_world_has_names_of_what_is_large_the_same_in_all_windows() {
         let (_, preset) = Preset::load("world").unwrap();
-        // Without waters, whose lakes from afar take minutes.
+        // Without waters, roads and settlements, which take minutes over so much land and are not looked at here.
         let text = "extends = \"topographic\"\n[water]\ndraw = false\n[roads]\ndraw = false\n[places]\ndraw = false";
         let style = RecipeSources::<Style>::parse("style.toml", text).unwrap().read_all().unwrap();
         let scale = Scale { metres_per_pixel: 12_000.0, pixels_per_mm: 2.0 };

@@ -510,8 +510,8 @@ fn rocks() -> Vec<RasterClass> {
 }
 
 pub(crate) static STRIKE_GREY: Quantity = Quantity {
-    // A mean is wrong for angles: that of 1 and 179 degrees, which are nearly the same, is 90.
-    reduction: Reduction::Commonest,
+    // A mean is wrong for strikes: the mean of 1 and 179 degrees, which are nearly the same, is 90.
+    reduction: Reduction::Greatest,
     needs: Needs::Geography,
     ..grey(
         "strike of the beds",
