@@ -20,7 +20,7 @@ pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
     ("geography", 3),
-    ("fluvial", 5),
+    ("fluvial", 6),
     ("places", 4),
     ("agents", 3),
     ("lines", 1),

@@ -233,11 +233,13 @@ impl World {
     /// Returns all rivers and roads that lie on `area` or may affect one of its vertices, each whole, sorted by id.
     pub fn lines(&self, area: &Area, clock: &Clock) -> Result<Lines, Stopped> {
         let Some(land) = self.relief.fluvial() else { return self.agents.touching(&self.relief, area, clock) };
-        let mut lines = land.rivers(area, clock)?;
+        let Some(places) = &self.places else { return land.rivers(area, clock) };
+        // Each takes one thread, and a single tile has no other work.
+        let (rivers, roads) =
+            rayon::join(|| land.rivers(area, clock), || places.roads(Surveyed { survey: land, clock }, area));
         // Ids of rivers are less than those of roads.
-        if let Some(places) = &self.places {
-            lines.extend(places.roads(Surveyed { survey: land, clock }, area)?);
-        }
+        let mut lines = rivers?;
+        lines.extend(roads?);
         Ok(lines)
     }
 

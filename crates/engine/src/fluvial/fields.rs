@@ -104,6 +104,11 @@ const DEEPEST_OCEAN_M: f32 = 4200.0;
 /// Runoff in metres a year below which a basin in a whole world has no outlet: the rain of a steppe leaves about as much.
 const CLOSED_RUNOFF_M: f64 = 0.03;
 
+/// Mean runoff of Earth's land in metres a year.
+///
+/// Source: B. M. Fekete, C. J. Vorosmarty and W. Grabs, High-resolution fields of global runoff, 2002.
+const EARTHS_RUNOFF_M: f64 = 0.3;
+
 /// Largest height of a bed as a share of the rise of the land's edge, so that the bed lies in a valley. Chosen by eye.
 const COAST_INCISION: f64 = 0.7;
 
@@ -326,6 +331,11 @@ impl Fields {
     /// Returns the height of the sea; without one, negative infinity.
     pub fn sea_level_m(&self) -> f64 {
         self.sea.as_ref().map_or(f64::NEG_INFINITY, |sea| sea.level_m)
+    }
+
+    /// Returns the runoff in metres a year that is usual in the world: the same everywhere, or the mean of Earth's land.
+    pub fn usual_runoff_m(&self) -> f64 {
+        if self.has_continents() { EARTHS_RUNOFF_M } else { self.everywhere.runoff_m }
     }
 
     /// Returns the height from which the heights of settings count: that of the sea, or 0 without one.

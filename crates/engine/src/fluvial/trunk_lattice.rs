@@ -22,6 +22,10 @@ use crate::memory::{HeapBytes, Memory, Remembers, heap_bytes};
 /// Least slope of a bed where larger valleys or the coast keep it low: 40 cm in a kilometre, as large rivers have.
 pub(super) const LEAST_SLOPE: f64 = 0.0004;
 
+/// Least slope of a bed below the level of the sea, unless the coast keeps it low. Since the lowstand rivers have filled
+/// flatter valleys, so the sea comes no further than some tens of kilometres into a plain. Chosen by eye.
+const FILLED_SLOPE: f64 = 0.001;
+
 /// Number of basins as large as the largest that the cache has room for: one in each generation of each of the parts of
 /// which a [`Memory`] consists, so that threads in different basins leave each other theirs.
 const BASINS: usize = 32;
@@ -284,6 +288,13 @@ impl Look<'_> {
         most_m
     }
 
+    /// Returns the height of a bed that lies this many metres upstream of a height, by the slope of rivers.
+    fn risen_m(&self, below_m: f64, length_m: f64, slope: f64) -> f64 {
+        let filled_slope = slope.max(FILLED_SLOPE);
+        let drowned_m = length_m.min((self.fields.sea_level_m() - below_m).max(0.0) / filled_slope);
+        below_m + drowned_m * filled_slope + (length_m - drowned_m) * slope
+    }
+
     /// Sets the levels of a basin's nodes from the sink up: by the slope of rivers, but no higher than the coast
     /// permits.
     fn set_levels(&self, flood: &[NodeId], ways: &Ways, basin: &mut Basin) {
@@ -303,7 +314,7 @@ impl Look<'_> {
             };
             let length_m = node.at.distance(self.node(to).at) * dry * self.fields.metres_a_grain();
             let slope = self.fields.laws(node.at).river_slope(area as f64);
-            let free_m = below_m + length_m * slope;
+            let free_m = self.risen_m(below_m, length_m, slope);
             let drained = &mut basin.nodes[here].1;
             // The least fall is applied last, since a falling river matters more than a bed below the coast. The fall
             // is never steeper than the law of rivers makes it.

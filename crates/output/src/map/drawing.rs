@@ -61,6 +61,12 @@ const NAMED: f64 = 6.0;
 /// drawn.
 const LARGEST: f64 = 3000.0;
 
+/// Exponent with which the basin of the smallest river that is drawn grows with the scale's denominator beyond
+/// 1:100,000. At 2 it would cover the same area on paper at all scales, and a sheet of a continent would have none of its
+/// rivers. By 1.6 it covers 1 cm2 at 1:1,000,000 and a quarter of that at 1:30,000,000 if it covers 2.5 cm2 at 1:100,000,
+/// about as in atlases.
+const BASIN_GROWTH: f64 = 1.6;
+
 const SECONDS_A_YEAR: f64 = 31_557_600.0;
 
 /// Everything that a map draws as lines and areas in a part of the world.
@@ -305,9 +311,11 @@ impl Draughtsman<'_> {
 
     /// Returns the discharge in cubic metres per second of the smallest river that is drawn.
     fn least_m3s(&self) -> f64 {
-        let runoff_m = self.world.preset().fluvial.as_ref().map_or(0.0, |fluvial| fluvial.runoff_m);
+        let runoff_m = self.world.relief().fluvial().map_or(0.0, |fluvial| fluvial.fields().usual_runoff_m());
         let share = self.scale.denominator() / 100_000.0;
-        self.style.water.least_km2 * share * share * 1e6 * runoff_m / SECONDS_A_YEAR
+        let growth = libm::pow(share, if share > 1.0 { BASIN_GROWTH } else { 2.0 });
+        let least_km2 = self.style.water.least_km2 * growth;
+        least_km2 * 1e6 * runoff_m / SECONDS_A_YEAR
     }
 
     /// Returns the strokes of a river downstream from where it is large enough to be drawn; none if it never is.
