@@ -27,7 +27,7 @@ pub const LAYERS: [(&str, u32); 10] = [
     ("tile", 3),
     ("features", 3),
     ("mesh", 3),
-    ("map", 4),
+    ("map", 5),
 ];
 
 /// Returns the layers' versions by name, as manifests have them.

@@ -47,6 +47,7 @@ pub fn river(
             floor_m: f64::from(banks_m[step] - depth_m),
             half_width_m: f64::from(grown(agents.width_m, step) / 2.0),
             discharge_m3s: 0.0,
+            basin_m2: 0.0,
         }
     };
     along(id, LineKind::River, nodes, point, Bed::Dug { bank_m: agents.bank_m }, spacing_m)
@@ -74,7 +75,7 @@ pub fn road(id: LineId, nodes: &[Node], heights_m: &[f32], agents: &RoadAgents, 
     let half_width_m = f64::from(agents.width_m as f32 / 2.0);
     let point = |step: usize, place: [f64; 2]| {
         let level_m = f64::from(levels_m[step]);
-        LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0 }
+        LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0, basin_m2: 0.0 }
     };
     let bed = Bed::Trodden { shoulder_m: agents.shoulder_m, graded: agents.graded };
     along(id, LineKind::Road, &fine, point, bed, spacing_m)

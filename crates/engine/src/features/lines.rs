@@ -28,6 +28,8 @@ pub struct RiverFeature {
     pub width_m: [f64; 2],
     /// Discharges in cubic metres a second.
     pub discharge_m3s: [f64; 2],
+    /// Area in square metres that drains through the end.
+    pub basin_m2: f64,
     /// Heights of the water surface in metres.
     pub level_m: [f64; 2],
     /// Object in which the river ends.
@@ -51,6 +53,7 @@ pub static RIVERS: Layer<Arc<Line>, RiverFeature> = Layer {
         Column::keyed("width_end_m", "width_m", ValueKind::Real, |river| river.width_m[1].into()),
         Column::keyed("discharge_start_m3s", "discharge_m3s", ValueKind::Real, |river| river.discharge_m3s[0].into()),
         Column::keyed("discharge_end_m3s", "discharge_m3s", ValueKind::Real, |river| river.discharge_m3s[1].into()),
+        Column::new("basin_km2", ValueKind::Real, |river| (river.basin_m2 / 1e6).into()),
         Column::keyed("level_start_m", "level_m", ValueKind::Real, |river| river.level_m[0].into()),
         Column::keyed("level_end_m", "level_m", ValueKind::Real, |river| river.level_m[1].into()),
         Column::new("ending", ValueKind::Text, |river| river.ending.name().into()),
@@ -86,6 +89,7 @@ fn of_river(world: &World, river: &Arc<Line>, clock: &Clock) -> Result<RiverFeat
         length_m: length_m(&line),
         width_m: ends(river, |point| 2.0 * point.half_width_m),
         discharge_m3s: ends(river, |point| point.discharge_m3s),
+        basin_m2: ends(river, |point| point.basin_m2)[1],
         level_m: ends(river, |point| point.level_m),
         ending: river.end,
         line,

@@ -42,7 +42,7 @@ const LEAST_CELL: i64 = 12;
 
 /// Side, in nodes, of the square whose area is the smallest catchment of a river that is shown. A smaller square would
 /// fill the land with rivers.
-const LEAST_RIVER_CELL: i64 = 24;
+const LEAST_RIVER_CELL: i64 = 12;
 
 /// Least width in nodes of a trunk cell at which trunks are drawn with bends, and at which they are drawn at all. Where
 /// nodes are further apart, finer nodes are made and averaged.

@@ -427,12 +427,14 @@ impl Fluvial {
         let origin = [first.x, first.y].map(|grains| grains.div_euclid(node));
         let corner = Point { x: origin[0] * node, y: origin[1] * node };
         let node_m = self.node_m();
-        let point = |&CoursePoint { at, level_m, discharge_m3s, river, .. }: &CoursePoint| LinePoint {
+        let cell_m = self.fields.side(0) as f64 * self.fields.metres_a_grain();
+        let point = |&CoursePoint { at, level_m, area, discharge_m3s, river, .. }: &CoursePoint| LinePoint {
             place: (at.from(corner) / node as f64).into(),
             level_m,
             floor_m: level_m - river_depth_m(discharge_m3s) as f64,
             half_width_m: river * self.fields.metres_a_grain(),
             discharge_m3s,
+            basin_m2: area * cell_m * cell_m,
         };
         let points: Vec<LinePoint> = samples.iter().map(point).collect();
         let end = part.samples[part.samples.len() - 1];

@@ -164,6 +164,8 @@ pub struct LinePoint {
     pub half_width_m: f64,
     /// Discharge in cubic metres a second; 0 for roads and for agents' rivers, whose discharge is unknown.
     pub discharge_m3s: f64,
+    /// Area in square metres that drains through the point; 0 where the discharge is.
+    pub basin_m2: f64,
 }
 
 /// A whole river or road.
@@ -305,8 +307,9 @@ pub mod testing {
     pub fn road(points: impl Iterator<Item = ([f64; 2], f64, Option<StructureKind>)>, spacing_m: f64) -> Line {
         let (mut line_points, mut carriers) = (Vec::new(), Vec::new());
         for (place, level_m, carrier) in points {
-            let (half_width_m, discharge_m3s) = (2.5, 0.0);
-            line_points.push(LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s });
+            let half_width_m = 2.5;
+            let point = LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0, basin_m2: 0.0 };
+            line_points.push(point);
             carriers.push(carrier);
         }
         let (from, to) = (SiteId { i: 0, j: 0 }, SiteId { i: 1, j: 0 });

@@ -171,7 +171,7 @@ impl RoadBuilder<'_> {
             let level_m = f64::from(*level_m as f32);
             // Relative to the site, since other windows have other origins; in 1/256 vertex, so the quotient is exact.
             let place = [0, 1].map(|axis| (at[axis] + (origin[axis] - a.at[axis]) * FIXED) as f64 / FIXED as f64);
-            LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0 }
+            LinePoint { place, level_m, floor_m: level_m, half_width_m, discharge_m3s: 0.0, basin_m2: 0.0 }
         };
         Ok((line.points.iter().zip(&levels_m).map(point).collect(), Structure::of_points(&carriers)))
     }

@@ -13,7 +13,7 @@ use crate::area::Area;
 use crate::features::landforms::{LAKES, LakeFeature, SALT_PAN, valley_name};
 use crate::features::sites::SiteFeature;
 use crate::fluvial::landforms::lakes::LARGEST_LAKE;
-use crate::lines::{Line, LineKind, RoadClass, StructureKind};
+use crate::lines::{Line, LineKind, LinePoint, RoadClass, StructureKind};
 use crate::map::generalise::{bend, smooth, thinned};
 use crate::map::houses::{self, Town};
 use crate::map::names::{self, is_drawn};
@@ -54,20 +54,47 @@ const _: () = assert!(LARGEST_LAKE * LEAST_HALF_WIDTH * LEAST_HALF_WIDTH <= LEAS
 /// The same half width in a sketch, which leaves out some lakes that would be large enough.
 const SKETCHED_HALF_WIDTH: f64 = 2.0;
 
-/// Discharge of the smallest river that has a name, as a multiple of that of the smallest river that is drawn.
+/// Size of the smallest river that has a name, as a multiple of that of the smallest river that is drawn.
 const NAMED: f64 = 6.0;
 
-/// Discharge of the smallest river that is drawn at full width, as a multiple of that of the smallest river that is
-/// drawn.
+/// Size of the smallest river that is drawn at full width, as a multiple of that of the smallest river that is drawn.
 const LARGEST: f64 = 3000.0;
+
+/// Basin with which a river is as large as one with the usual runoff of its basin, as a multiple of that one's basin.
+/// Dry countries would have no rivers on maps if discharge alone counted.
+const DRY_BASINS: f64 = 4.0;
 
 /// Exponent with which the basin of the smallest river that is drawn grows with the scale's denominator beyond
 /// 1:100,000. At 2 it would cover the same area on paper at all scales, and a sheet of a continent would have none of its
-/// rivers. By 1.6 it covers 1 cm2 at 1:1,000,000 and a quarter of that at 1:30,000,000 if it covers 2.5 cm2 at 1:100,000,
+/// rivers. By 1.5 it covers 0.8 cm2 at 1:1,000,000 and a fifth of that at 1:30,000,000 if it covers 2.5 cm2 at 1:100,000,
 /// about as in atlases.
-const BASIN_GROWTH: f64 = 1.6;
+const BASIN_GROWTH: f64 = 1.5;
+
+/// Size from which on a river is drawn that is large enough further down, as a multiple of that of the smallest river that
+/// is drawn: maps choose whole rivers, and show them almost up to their springs.
+const BEGINS: f64 = 0.2;
 
 const SECONDS_A_YEAR: f64 = 31_557_600.0;
+
+/// The size of the smallest river that is drawn.
+#[derive(Clone, Copy, Debug)]
+struct LeastRiver {
+    /// Discharge in cubic metres a second.
+    discharge_m3s: f64,
+    /// Area in square metres that gives this discharge where the runoff is the usual one.
+    basin_m2: f64,
+}
+
+impl LeastRiver {
+    /// Returns the size of a river at a point, as a multiple of this one: 1 for agents' rivers, whose size is unknown.
+    fn times(self, point: &LinePoint) -> f64 {
+        if point.basin_m2 == 0.0 {
+            return 1.0;
+        }
+        let by_basin = point.basin_m2 / (DRY_BASINS * self.basin_m2);
+        (point.discharge_m3s / self.discharge_m3s.max(1e-9)).max(by_basin)
+    }
+}
 
 /// Everything that a map draws as lines and areas in a part of the world.
 #[derive(Debug, Default)]
@@ -107,7 +134,8 @@ pub(super) struct NamedRiver {
     pub line: Vec<DVec2>,
     /// Largest width at which the river is drawn.
     pub width: f64,
-    pub discharge_m3s: f64,
+    /// Size where it is largest, as a multiple of that of the smallest river that is drawn.
+    pub size: f64,
 }
 
 /// A part of a road, in pixels.
@@ -285,7 +313,7 @@ impl Draughtsman<'_> {
                 drawing.lakes.push(LakeShape::new(lake, rings, area_px));
             }
         }
-        let least_m3s = self.least_m3s();
+        let least = self.least_river();
         let rivers = |world: &World, area: Area| {
             let through = |part: &Area| world.lines_through(LineKind::River, part, clock);
             self.find(Some("finding rivers"), area, through, |river| river.id)
@@ -296,39 +324,40 @@ impl Draughtsman<'_> {
             (None, false) => Vec::new(),
         };
         for river in found {
-            let Some(strokes) = self.river(&river, least_m3s) else { continue };
-            let most_m3s = river.points.iter().map(|point| point.discharge_m3s).fold(0.0, f64::max);
-            if let Some(name) = river.name.as_ref().filter(|_| most_m3s >= NAMED * least_m3s) {
+            let Some(strokes) = self.river(&river, least) else { continue };
+            let size = river.points.iter().map(|point| least.times(point)).fold(0.0, f64::max);
+            if let Some(name) = river.name.as_ref().filter(|_| size >= NAMED) {
                 let line = strokes.parts.iter().flat_map(|(_, part)| part).copied().collect();
                 let width = strokes.parts.iter().map(|(width, _)| *width).fold(0.0, f64::max);
                 let (id, name, valley) = (river.id.to_string(), name.clone(), valley_name(self.world, &river));
-                drawing.named.push(NamedRiver { id, name, valley, line, width, discharge_m3s: most_m3s });
+                drawing.named.push(NamedRiver { id, name, valley, line, width, size });
             }
             drawing.rivers.push(strokes);
         }
         Ok(())
     }
 
-    /// Returns the discharge in cubic metres per second of the smallest river that is drawn.
-    fn least_m3s(&self) -> f64 {
+    /// Returns the smallest river that is drawn.
+    fn least_river(&self) -> LeastRiver {
         let runoff_m = self.world.relief().fluvial().map_or(0.0, |fluvial| fluvial.fields().usual_runoff_m());
         let share = self.scale.denominator() / 100_000.0;
         let growth = libm::pow(share, if share > 1.0 { BASIN_GROWTH } else { 2.0 });
         let least_km2 = self.style.water.least_km2 * growth;
-        least_km2 * 1e6 * runoff_m / SECONDS_A_YEAR
+        LeastRiver { basin_m2: least_km2 * 1e6, discharge_m3s: least_km2 * 1e6 * runoff_m / SECONDS_A_YEAR }
     }
 
-    /// Returns the strokes of a river downstream from where it is large enough to be drawn; none if it never is.
-    fn river(&self, river: &Line, least_m3s: f64) -> Option<Strokes> {
-        let start = river.points.iter().position(|point| point.discharge_m3s >= least_m3s)?;
-        let points = &river.points[start..];
+    /// Returns the strokes of a river that is large enough somewhere, downstream from where it [begins](BEGINS).
+    fn river(&self, river: &Line, least: LeastRiver) -> Option<Strokes> {
+        let from = |size: f64| river.points.iter().position(|point| least.times(point) >= size);
+        from(1.0)?;
+        let points = &river.points[from(BEGINS)?..];
         let pixels_per_vertex = river.spacing_m / self.scale.metres_per_pixel;
         let place = |point| DVec2::from(river.place_from([0, 0], point)) * pixels_per_vertex;
         let at: Vec<DVec2> = points.iter().map(place).collect();
         let kept = thinned(&at, LEAST_BEND);
         let width = |index: usize| {
             let point = &points[index];
-            let share = libm::log((point.discharge_m3s / least_m3s.max(1e-9)).max(1.0)) / libm::log(LARGEST);
+            let share = libm::log(least.times(point).max(1.0)) / libm::log(LARGEST);
             let [least, most] = self.style.water.river_mm.map(|mm| self.scale.pixels(mm));
             let drawn = least + (most - least) * share.min(1.0);
             // Round the width to sixths of a pixel, steps too small for the eye to see, so that a stroke covers many

@@ -449,7 +449,7 @@ impl Writer<'_> {
             // Above the line first, then below it.
             for (side, lift) in (0..).zip([lift, -lift - name.x_height]) {
                 if let Some(placed) = name.along(&spot.line, spot.start, lift) {
-                    let order = ((river.discharge_m3s * 1000.0) as u64, 2 * spot.place + side);
+                    let order = ((river.size * 1000.0) as u64, 2 * spot.place + side);
                     self.push(class, &id, order, (placed, text, at));
                 }
             }

@@ -270,8 +270,8 @@ pub struct WaterStyle {
     #[schemars(range(min = 0, max = 5))]
     pub depth_mm: f64,
     /// Square kilometres that drain to the smallest river that is drawn, at a scale of 1:100,000, 0.01 to 10,000. At
-    /// larger scales they cover the same area on paper, at smaller ones less of it: 0.4 times as much at 1:1,000,000.
-    /// Where runoff differs by place, drier land needs more of them, as its rivers are smaller.
+    /// larger scales they cover the same area on paper, at smaller ones less of it: 0.3 times as much at 1:1,000,000.
+    /// Where runoff differs by place, this is for the mean of Earth's land: drier land needs up to four times as much.
     #[schemars(range(min = 0.01, max = 10000))]
     pub least_km2: f64,
 }

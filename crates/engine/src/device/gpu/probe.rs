@@ -74,6 +74,7 @@ fn line(origin: [i64; 2], bed: Bed, floor_m: f64) -> Line {
         floor_m: floor_m - number as f64,
         half_width_m: 1.0 + 0.5 * number as f64,
         discharge_m3s: 0.0,
+        basin_m2: 0.0,
     };
     let points: Vec<LinePoint> = places.iter().enumerate().map(point).collect();
     let id = LineId::Agent { kind, owner: TileId { x: 0, y: 0 } };
