@@ -222,6 +222,27 @@ fn salt_pans_are_white_on_maps() {
     assert!(pan > 500 && lake == 0, "{pan} pixels of a pan and {lake} of a lake");
 }
 
+/// Lowlands are green where it is moist, and tan in deserts.
+#[test]
+fn lowlands_of_deserts_are_not_green_on_maps() {
+    let (_, preset) = Preset::load("world").unwrap();
+    let text = "extends = \"atlas\"\n[labels]\ndraw = false\n[places]\ndraw = false\n[contours]\ndraw = false\n\
+                [water]\ndraw = false";
+    let style = RecipeSources::<Style>::parse("bare.toml", text).unwrap().read_all().unwrap();
+    let scale = Scale { metres_per_pixel: 4000.0, pixels_per_mm: 4.0 };
+    let chart = Chart::new(&Preset { places: None, ..preset }, None, style, scale).unwrap();
+    let green = |[x, y]: [i64; 2]| {
+        let (area, clock) = (Area::new(x / 400, y / 400, 8, 8), Clock::default());
+        let pixels = chart.picture(area, &clock).unwrap().pixels(area, &clock).unwrap();
+        let sum = |channel| pixels.iter().skip(channel).step_by(3).map(|value| i64::from(*value)).sum::<i64>();
+        sum(1) - sum(0)
+    };
+    let drought = |climate: &PlaceClimate, height_m: f64| climate.drought(height_m);
+    let by_drought = plains(drought);
+    let (moist, dry) = (by_drought[0], by_drought[by_drought.len() - 1]);
+    assert!(green(moist) > 0 && green(dry) < 0, "{} at {moist:?}, {} at {dry:?}", green(moist), green(dry));
+}
+
 #[test]
 fn nodes_of_a_stride_have_the_climates_of_their_vertices() {
     let coarse = whole().at_stride(Stride::ONE.twice().twice());

@@ -19,7 +19,7 @@ pub const NAME: &str = concat!("terrane ", env!("CARGO_PKG_VERSION"));
 /// The layers, each with the version of its work on the output of the layers before it.
 pub const LAYERS: [(&str, u32); 10] = [
     ("noise", 2),
-    ("geography", 3),
+    ("geography", 4),
     ("fluvial", 6),
     ("places", 4),
     ("agents", 3),

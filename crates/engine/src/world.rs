@@ -188,7 +188,7 @@ impl World {
     }
 
     /// Returns the geography of a whole world; none in a world whose preset holds everywhere.
-    pub fn geography(&self) -> Option<&Geography> {
+    pub fn geography(&self) -> Option<&Arc<Geography>> {
         self.relief.fluvial()?.fields().geography()
     }
 

@@ -380,7 +380,7 @@ impl Fields {
     }
 
     /// Returns the geography of a whole world; none where the settings hold everywhere.
-    pub fn geography(&self) -> Option<&Geography> {
+    pub fn geography(&self) -> Option<&Arc<Geography>> {
         match &self.law_source {
             LawSource::Geography(geography) => Some(geography),
             LawSource::Uplift(..) => None,

@@ -329,6 +329,9 @@ impl Geography {
 const ICE_SHEET_M: f64 = 800.0;
 const ICE_WENT_M: f64 = 700.0;
 
+/// Height of valley floors as a share of a country's planned height. Chosen by eye.
+const FLOORS: f64 = 0.5;
+
 /// Mean temperatures of the warmest month in degrees Celsius between which a country becomes habitable; the share of
 /// people who live where it is colder, and where there is hardly any rain, by rivers; and the runoff in metres a year
 /// with which nobody lacks water.
@@ -361,8 +364,10 @@ impl Setting {
         (1.0 - self.is_under_ice()) * (HUNTERS + (1.0 - HUNTERS) * warm) * fields
     }
 
+    /// Returns the share, from 0 to 1, of the country whose valley floors lie above a snow line: a sheet, unlike glaciers,
+    /// covers them too.
     fn above_snow_line(&self, snow_line_m: f64) -> f64 {
-        smooth(0.5 - (snow_line_m - self.land.planned_m().max(0.0)) / ICE_SHEET_M)
+        smooth(0.5 - (snow_line_m - FLOORS * self.land.planned_m().max(0.0)) / ICE_SHEET_M)
     }
 }
 

@@ -4,6 +4,7 @@
 //! places are drawn over them.
 
 use crate::area::Area;
+use crate::grain_point::Point;
 use crate::grid::Grid;
 use crate::land::WaterKind;
 use crate::lines::{Bed, LineKind};
@@ -33,6 +34,8 @@ pub struct MapPainter {
     style: Style,
     scale: Scale,
     relief: ShadedRelief,
+    /// Vertices from a node to the next.
+    vertices: i64,
 }
 
 impl MapPainter {
@@ -44,7 +47,7 @@ impl MapPainter {
         let style = Style::load("plain").expect("built-in styles are sound");
         let scale = Scale { metres_per_pixel: world.spacing_m(), pixels_per_mm: PIXELS_PER_MM };
         let relief = ShadedRelief::new(&style, world, scale);
-        MapPainter { style, scale, relief }
+        MapPainter { style, scale, relief, vertices: world.stride().vertices() }
     }
 
     /// Returns the pixels of the vertices in the first `cols` columns and `rows` rows of a tile: RGB, row by row.
@@ -81,12 +84,14 @@ impl MapPainter {
     fn ground(&self, tile: &Tile) -> Grid<u32> {
         let area = tile.area();
         let covers = self.relief.covers_of(tile.blend().ground(), tile.blend().cover());
+        let row_of = |y| (area.x0..area.x1).map(|x| Point::at_vertex(x * self.vertices, y * self.vertices)).collect();
+        let land = self.relief.tints_by_dryness(tile.heights(), area, row_of);
         let lit = Lit {
             heights: tile.heights(),
             smooth: tile.heights(),
             texture: None,
             open: None,
-            land: None,
+            land: land.as_ref(),
             covers: &covers,
         };
         let mut pixels = self.relief.light(&lit, area);

@@ -1,9 +1,14 @@
 //! The ground of a map: hypsometric tints, the cover of the ground, light and shadow.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 
 use crate::area::Area;
 use crate::clock::Clock;
+use crate::geography::Geography;
+use crate::geometry::smooth;
+use crate::grain_point::Point;
 use crate::grid::Grid;
 use crate::map::climate_colours::add_changes;
 use crate::map::light::{CHUNK, Lamp, Light, WIDE};
@@ -11,7 +16,7 @@ use crate::map::scale::Scale;
 use crate::map::signs::REACH;
 use crate::map::sky;
 use crate::map::style::{Colour, Style, TintBy};
-use crate::map::terrain::{MapTerrain, Nodes};
+use crate::map::terrain::{LandClass, MapTerrain, Nodes};
 use crate::map::tint::Tints;
 use crate::map::weighted_sums::{smoothed, weigh};
 use crate::simd::dispatch;
@@ -30,6 +35,11 @@ const HALO: usize = 2 * ((1 << LEVELS) - 1) + 1;
 const TRUE_SCALE: f64 = 25_000.0;
 const STEEPENED: f64 = 0.22;
 
+/// Droughts, as [`PlaceClimate::drought`](crate::geography::climate::PlaceClimate::drought) has them, from which on the
+/// tints of dry land show and at which they show alone: sub-humid land, and deserts (UNEP, World atlas of desertification,
+/// 1992).
+const DRY: [f64; 2] = [1.5, 6.0];
+
 /// The ground of a world's maps in one style and scale.
 #[derive(Debug)]
 pub(super) struct ShadedRelief {
@@ -42,6 +52,8 @@ pub(super) struct ShadedRelief {
     has_stones: bool,
     /// Property of land that gives it its colours.
     by: TintBy,
+    /// The geography that tells how dry land is, if land has its colours by its height.
+    geography: Option<Arc<Geography>>,
     /// Strengths of sky shading and of cast shadow.
     sky: [f32; 2],
 }
@@ -68,8 +80,8 @@ pub(super) struct Lit<'a> {
     pub texture: Option<&'a Grid<f32>>,
     /// Change of tone by the visible sky and by cast shadow; positive is lighter.
     pub open: Option<&'a Grid<f32>>,
-    /// Colours of the land, if they are not those of its heights.
-    pub land: Option<&'a Grid<[u8; 3]>>,
+    /// Colours of the land, if they do not follow from its heights alone.
+    pub land: Option<&'a Grid<[f32; 3]>>,
     /// Cover of the ground, from [`ShadedRelief::covers_of`].
     pub covers: &'a [Grid<f32>; 4],
 }
@@ -113,7 +125,9 @@ impl ShadedRelief {
         let has_stones = style.signs.are_drawn(denominator);
         let sky = [relief.sky, relief.cast].map(|share| share as f32);
         let by_climate = style.cover.by_climate as f32;
-        ShadedRelief { tints, covers, by_climate, lamp, has_stones, by: style.tint.by, sky }
+        let by = style.tint.by;
+        let geography = world.geography().filter(|_| by == TintBy::Height).cloned();
+        ShadedRelief { tints, covers, by_climate, lamp, has_stones, by, geography, sky }
     }
 
     /// Height in metres up to which a soft shore may reach: where the lowest land of some pixels is lower, they may
@@ -184,13 +198,15 @@ impl ShadedRelief {
             [Material::Rock, Material::Scree]
                 .map(|material| terrain.at_pixels(&share_of(&nodes, material), area.padded(REACH)))
         });
-        let land = terrain.classes(self.by, &heights, area).map(|classes| {
-            let mut colours = Grid::filled(area, [0; 3]);
+        let of_classes = |classes: Vec<LandClass>| {
+            let mut colours = Grid::filled(area, [0.0; 3]);
             for (colour, class) in colours.values_mut().iter_mut().zip(classes) {
-                *colour = class.colour();
+                *colour = class.colour().map(f32::from);
             }
             colours
-        });
+        };
+        let by_dryness = || self.tints_by_dryness(&heights, area, |y| terrain.middles(y, area.x0, area.x1));
+        let land = terrain.classes(self.by, &heights, area).map(of_classes).or_else(by_dryness);
         let lit = Lit {
             heights: &heights,
             smooth: &smooth,
@@ -201,6 +217,35 @@ impl ShadedRelief {
         };
         let pixels = self.light(&lit, area);
         Ok(GroundPixels { area, pixels, heights, snow, stones })
+    }
+
+    /// Returns the tints of land by its height and its dryness, given the places of each row of an area; none where all
+    /// land is equally dry.
+    ///
+    /// Based on: T. Patterson, Cross-blended hypsometric tints, 2011: lowlands of deserts are not green.
+    pub fn tints_by_dryness(
+        &self,
+        heights: &Grid<f32>,
+        area: Area,
+        row_of: impl Fn(i64) -> Vec<Point>,
+    ) -> Option<Grid<[f32; 3]>> {
+        let geography = self.geography.as_ref()?;
+        let mut tints = Grid::filled(area, [0.0; 3]);
+        for y in area.y0..area.y1 {
+            let heights = heights.row(y, area.x0, area.x1);
+            // The sea needs no climate.
+            if heights.iter().all(|height_m| *height_m < self.lamp.sea_level_m) {
+                continue;
+            }
+            let climates = geography.climates(&row_of(y));
+            for ((tint, height_m), climate) in tints.row_mut(y, area.x0, area.x1).iter_mut().zip(heights).zip(climates)
+            {
+                let drought = climate.drought(f64::from(height_m - self.lamp.sea_level_m).max(0.0));
+                let dryness = smooth((drought - DRY[0]) / (DRY[1] - DRY[0]));
+                *tint = self.tints.land_by_dryness(*height_m, dryness as f32);
+            }
+        }
+        Some(tints)
     }
 
     /// Lights the pixels of an area.
@@ -240,16 +285,16 @@ impl ShadedRelief {
         pixels
     }
 
-    /// Looks up the tints of heights as land, unless it has `own` colours, and as sea, by channel. One by one, because lanes cannot read from a table
-    /// of this size.
-    fn tints_of(&self, heights: &[f32], own: Option<&[[u8; 3]]>) -> [[[f32; CHUNK]; 3]; 2] {
+    /// Looks up the tints of heights as land, unless it has `own` colours, and as sea, by channel. One by one, because
+    /// lanes cannot read from a table of this size.
+    fn tints_of(&self, heights: &[f32], own: Option<&[[f32; 3]]>) -> [[[f32; CHUNK]; 3]; 2] {
         let mut tints = [[[0.0; CHUNK]; 3]; 2];
         let lowest_m = heights.iter().fold(f32::MAX, |low, height_m| low.min(*height_m));
         let mut put = |kind: usize, index: usize, colour: [f32; 3]| {
             (0..3).for_each(|channel| tints[kind][channel][index] = colour[channel]);
         };
         for (index, height_m) in heights.iter().enumerate() {
-            put(0, index, own.map_or_else(|| self.tints.land(*height_m), |own| own[index].map(f32::from)));
+            put(0, index, own.map_or_else(|| self.tints.land(*height_m), |own| own[index]));
         }
         // A shore is soft, so land a little above the sea may be mixed with the sea's tint.
         if lowest_m < self.shore_m() {

@@ -203,12 +203,10 @@ impl MapTerrain {
         }
         let preset = self.world.preset();
         let geography = self.world.geography().expect("the style was checked for the world");
-        let (sea_m, grains) =
-            (preset.sea_level_m.unwrap_or(0.0), self.scale.metres_per_pixel * GRAINS as f64 / preset.spacing_m);
-        let middle = |pixel: i64| ((pixel as f64 + 0.5) * grains) as i64;
+        let sea_m = preset.sea_level_m.unwrap_or(0.0);
         let mut classes = Vec::with_capacity(pixels.len());
         for y in pixels.y0..pixels.y1 {
-            let places: Vec<Point> = (pixels.x0..pixels.x1).map(|x| Point { x: middle(x), y: middle(y) }).collect();
+            let places = self.middles(y, pixels.x0, pixels.x1);
             if by == TintBy::Rock {
                 let rocks = geography.settings_at(&places);
                 classes.extend(rocks.iter().map(|setting| LandClass::Rock(Lithology::of(setting))));
@@ -220,6 +218,13 @@ impl MapTerrain {
             classes.extend(climates.map(biome).map(LandClass::Biome));
         }
         Some(classes)
+    }
+
+    /// Returns the middles of the pixels from `x0` to before `x1` in a row.
+    pub fn middles(&self, y: i64, x0: i64, x1: i64) -> Vec<Point> {
+        let grains = self.scale.metres_per_pixel * GRAINS as f64 / self.world.preset().spacing_m;
+        let middle = |pixel: i64| ((pixel as f64 + 0.5) * grains) as i64;
+        (x0..x1).map(|x| Point { x: middle(x), y: middle(y) }).collect()
     }
 
     fn patch(&self, id: TileId, clock: &Clock) -> Result<Arc<TerrainPatch>, Stopped> {

@@ -1,6 +1,7 @@
 //! Hypsometric tints: colours by height and by depth.
 
 use crate::map::style::{ColourStop, TintStyle};
+use crate::preset::map::Tint;
 use crate::world::World;
 
 /// Entries of a colour table: four for each of the 256 levels of a colour channel. As `f32` they take 12 KiB, which
@@ -11,6 +12,7 @@ const STEPS: usize = 1024;
 #[derive(Debug)]
 pub(super) struct Tints {
     land: Vec<[f32; 3]>,
+    dry_land: Vec<[f32; 3]>,
     land_low_m: f32,
     land_steps_per_m: f32,
     sea: Vec<[f32; 3]>,
@@ -22,7 +24,8 @@ impl Tints {
     pub fn new(style: &TintStyle, world: &World) -> Tints {
         let stops =
             |stops: &[ColourStop]| -> Vec<TintStop> { stops.iter().map(|it| (it.at as f32, it.colour.0)).collect() };
-        let mut tints = Tints::of_stops(world, &stops(style.land(world.preset().map.tint)), &stops(&style.sea));
+        let land = [world.preset().map.tint, Tint::Arid].map(|tint| stops(style.land(tint)));
+        let mut tints = Tints::of_stops(world, land, &stops(&style.sea));
         if style.depth_steps > 0 {
             // Each step has one colour, that of its middle.
             let (smooth, steps) = (tints.sea.clone(), style.depth_steps as usize);
@@ -37,12 +40,12 @@ impl Tints {
         tints
     }
 
-    /// Creates the tables. Land colours run from the lowest to the highest height that a map of the world shows; sea
+    /// Creates the tables, for `land` those of usual and of dry land. Land colours run from the lowest to the highest height that a map of the world shows; sea
     /// colours run down to the greatest depth that the world can have.
     ///
     /// Without a range in the preset, land colours run from the sea level (or the lowest height) to the highest height
     /// that the world can have.
-    fn of_stops(world: &World, land: &[TintStop], sea: &[TintStop]) -> Tints {
+    fn of_stops(world: &World, land: [Vec<TintStop>; 2], sea: &[TintStop]) -> Tints {
         let preset = world.preset();
         let (lowest_m, highest_m) = world.height_range_m();
         let sea_level_m = preset.sea_level_m.map_or(f32::NEG_INFINITY, |level| level as f32);
@@ -50,8 +53,10 @@ impl Tints {
         let high_m = preset.map.high_m.map_or(highest_m, |high| high as f32);
         // The range is that of the world and not of a tile, so that neighbours agree on a colour. It is a metre at
         // least, because level land would divide by zero.
+        let [land, dry_land] = land.map(|stops| table(&stops));
         Tints {
-            land: table(land),
+            land,
+            dry_land,
             land_low_m: low_m,
             land_steps_per_m: (STEPS - 1) as f32 / (high_m - low_m).max(1.0),
             sea: table(sea),
@@ -66,7 +71,17 @@ impl Tints {
 
     /// Returns the colour of land at a height. Heights beyond the ends of the table have the colour of that end.
     pub fn land(&self, height_m: f32) -> [f32; 3] {
-        self.land[step((height_m - self.land_low_m) * self.land_steps_per_m)]
+        self.land[self.step_of(height_m)]
+    }
+
+    /// Returns the colour of land at a height, given its dryness from 0, where it has the usual colours, to 1.
+    pub fn land_by_dryness(&self, height_m: f32, dryness: f32) -> [f32; 3] {
+        let (usual, dry) = (self.land(height_m), self.dry_land[self.step_of(height_m)]);
+        [0, 1, 2].map(|channel| usual[channel] + (dry[channel] - usual[channel]) * dryness)
+    }
+
+    fn step_of(&self, height_m: f32) -> usize {
+        step((height_m - self.land_low_m) * self.land_steps_per_m)
     }
 
     /// Returns the colour of the sea over a depth.
@@ -136,7 +151,6 @@ mod tests {
     use super::*;
     use crate::map::style::Style;
     use crate::preset::Preset;
-    use crate::preset::map::Tint;
 
     #[test]
     fn stops_keep_their_colours() {
