@@ -18,8 +18,12 @@ use crate::world::World;
 /// less the rounding of pixels.
 const LEAST: f64 = 1.9e6;
 
-/// Largest scale denominator at which all kinds have names. Beyond it all but continents, oceans and seas are small.
+/// Largest scale denominator at which all kinds have names whatever their size. Beyond it only continents, oceans and
+/// seas have.
 const MOST_SMALL: f64 = 25e6;
+
+/// Least area on paper, in square centimetres, of other things that have names beyond this scale.
+const LEAST_CM2: f64 = 2.0;
 
 /// A realm on a map.
 #[derive(Clone, Debug)]
@@ -57,8 +61,11 @@ pub(super) fn seen(world: &World, scale: Scale, area: Area, clock: &Clock) -> Re
     let of_kind = |kind: &RealmKind| -> Result<Vec<NamedRealm>, Stopped> {
         clock.check()?;
         let is_far = [RealmKind::Continent, RealmKind::Ocean, RealmKind::Sea].contains(kind);
-        let is_named = is_far || scale.denominator() <= MOST_SMALL;
-        Ok(if is_named { geography.realms_within(*kind, around).iter().map(named).collect() } else { Vec::new() })
+        // A centimetre is 1e-5 km.
+        let cm_km = scale.denominator() * 1e-5;
+        let least_km2 = if is_far || scale.denominator() <= MOST_SMALL { 0.0 } else { LEAST_CM2 * cm_km * cm_km };
+        let realms = geography.realms_within(*kind, around);
+        Ok(realms.iter().filter(|realm| realm.area_km2 >= least_km2).map(named).collect())
     };
     let realms = RealmKind::ALL.par_iter().map(of_kind).collect::<Result<Vec<Vec<NamedRealm>>, Stopped>>()?;
     Ok(realms.into_iter().flatten().collect())

@@ -40,6 +40,12 @@ heap_bytes!(Lake: rings);
 /// a vertex.
 const LEAST_M: f32 = 1e-3;
 
+/// Side in vertices of the parts in which the land of a lake is made.
+const PART: usize = 512;
+
+/// Depth of vertices outside of lakes.
+const NOT_LAKE: f32 = f32::NEG_INFINITY;
+
 /// Greatest number of areas tried, each with twice the pad of the one before, to find the whole shore of a lake.
 const MOST_LOOKS: u32 = 4;
 
@@ -110,18 +116,30 @@ fn border(area: Area) -> impl Iterator<Item = (i64, i64)> {
 /// Returns the depth in metres of one lake at each vertex of an area, negative outside of it. The lake is the lake
 /// vertex nearest to a point, and all that is connected to it. `None` if there is no lake.
 fn depths(fluvial: &Fluvial, area: Area, near: Point, clock: &Clock) -> Result<Option<Grid<f32>>, Stopped> {
-    let land = fluvial.land(area, clock)?;
-    let Some(water) = land.water else { return Ok(None) };
-    let is_lake = |(x, y): (i64, i64)| water.kind.at(x, y) == WaterKind::Lake;
+    // Part by part: to make land takes much more memory than to keep its heights, and lakes are large.
+    let (mut heights, mut water_m) = (Grid::filled(area, 0.0), Grid::filled(area, NOT_LAKE));
+    for part in area.squares(PART) {
+        let land = fluvial.land(part, clock)?;
+        let Some(water) = land.water else { return Ok(None) };
+        for y in part.y0..part.y1 {
+            heights.row_mut(y, part.x0, part.x1).copy_from_slice(land.heights.row(y, part.x0, part.x1));
+            let row = water_m.row_mut(y, part.x0, part.x1).iter_mut();
+            let lakes = water.kind.row(y, part.x0, part.x1).iter().zip(water.depth_m.row(y, part.x0, part.x1));
+            for (own, (kind, depth_m)) in row.zip(lakes) {
+                *own = if *kind == WaterKind::Lake { *depth_m } else { NOT_LAKE };
+            }
+        }
+    }
+    let is_lake = |(x, y): (i64, i64)| water_m.at(x, y) != NOT_LAKE;
     let distance = |(x, y): (i64, i64)| (fluvial.at_node(x, y).distance(near), x, y);
     let first = area
         .vertices()
         .filter(|at| is_lake(*at))
         .min_by(|a, b| distance(*a).partial_cmp(&distance(*b)).expect("distances are numbers"));
     let Some(first) = first else { return Ok(None) };
-    let surface_m = land.heights.at(first.0, first.1) + water.depth_m.at(first.0, first.1);
+    let surface_m = heights.at(first.0, first.1) + water_m.at(first.0, first.1);
     let mut depths = Grid::filled(area, -LEAST_M);
-    for (depth_m, height_m) in depths.values_mut().iter_mut().zip(land.heights.values()) {
+    for (depth_m, height_m) in depths.values_mut().iter_mut().zip(heights.values()) {
         *depth_m = (surface_m - height_m).min(-LEAST_M);
     }
     let mut open = vec![first];
@@ -130,7 +148,7 @@ fn depths(fluvial: &Fluvial, area: Area, near: Point, clock: &Clock) -> Result<O
         if *depth_m > 0.0 {
             continue;
         }
-        *depth_m = water.depth_m.at(x, y).max(LEAST_M);
+        *depth_m = water_m.at(x, y).max(LEAST_M);
         let around = [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)];
         open.extend(around.into_iter().filter(|(x, y)| area.has(*x, *y) && is_lake((*x, *y))));
     }
