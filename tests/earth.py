@@ -5,8 +5,9 @@
     python3 tests/earth.py world-1 world-2 ...
 
 Prints a row of measures a bake and their means, with the range that Earth's geography asks for, and fails if a mean lies
-outside. A bake consists of whole tiles; only what lies between the equator and the north pole is measured. Needs numpy, Pillow, scipy and pyflwdir. Sources: NOAA ETOPO1 (hypsometry), B. B. Mandelbrot 1967 (coasts),
-J. Korcak 1938 (islands), J. T. Hack 1957 (rivers), M. C. Peel et al. 2007 (climates).
+outside. A bake consists of whole tiles; only what lies between the equator and the north pole is measured. Needs numpy,
+Pillow, scipy and pyflwdir. Sources: NOAA ETOPO1 (hypsometry), B. B. Mandelbrot 1967 (coasts), J. Korcak 1938 (islands),
+J. T. Hack 1957 (rivers), M. C. Peel et al. 2007 (climates).
 """
 
 import json
@@ -42,7 +43,7 @@ EQUATOR_KM, POLE_KM = -6820, 3180
 
 
 def hemisphere(folder, bake):
-    """Returns the rows and the columns of a raster between equator and pole, and within half that distance of the origin."""
+    """Returns the rows of a raster between equator and pole, and its columns up to half as far east and west of the origin."""
     share = bake["preset"]["geography"]["pole_km"] / 10_000
     step, _, _, _, west, north = map(float, (folder / "height" / "height.pgw").read_text().split())
     rows = [int((north / 1000 - km * share) / (step / 1000)) for km in (POLE_KM, EQUATOR_KM)]

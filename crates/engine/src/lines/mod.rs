@@ -164,7 +164,7 @@ pub struct LinePoint {
     pub half_width_m: f64,
     /// Discharge in cubic metres a second; 0 for roads and for agents' rivers, whose discharge is unknown.
     pub discharge_m3s: f64,
-    /// Area in square metres that drains through the point; 0 where the discharge is.
+    /// Area in square metres that drains through the point; 0 for roads and for agents' rivers, likewise.
     pub basin_m2: f64,
 }
 

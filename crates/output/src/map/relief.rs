@@ -233,8 +233,9 @@ impl ShadedRelief {
         let mut tints = Grid::filled(area, [0.0; 3]);
         for y in area.y0..area.y1 {
             let heights = heights.row(y, area.x0, area.x1);
-            // The sea needs no climate.
-            if heights.iter().all(|height_m| *height_m < self.lamp.sea_level_m) {
+            // The sea needs no climate, but the land's tint is mixed in a little beyond its soft shore.
+            let deep_m = 2.0 * self.lamp.sea_level_m - self.shore_m();
+            if heights.iter().all(|height_m| *height_m < deep_m) {
                 continue;
             }
             let climates = geography.climates(&row_of(y));

@@ -40,8 +40,8 @@ impl Tints {
         tints
     }
 
-    /// Creates the tables, for `land` those of usual and of dry land. Land colours run from the lowest to the highest height that a map of the world shows; sea
-    /// colours run down to the greatest depth that the world can have.
+    /// Creates the tables. `land` has the colours of usual and of dry land, which run from the lowest to the highest
+    /// height that a map of the world shows; sea colours run down to the greatest depth that the world can have.
     ///
     /// Without a range in the preset, land colours run from the sea level (or the lowest height) to the highest height
     /// that the world can have.
